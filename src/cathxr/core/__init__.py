@@ -1,0 +1,58 @@
+"""Nouns, verbs, errors. Imports nothing of the project's."""
+
+from cathxr.core.arrays import FloatArray, PixelArray
+from cathxr.core.errors import (
+    CalibrationError,
+    CathxrError,
+    ConfigError,
+    DataError,
+    DeviceError,
+    DeviceLost,
+    DeviceNotFound,
+    EndOfStream,
+    ProtocolError,
+    RegistrationError,
+)
+from cathxr.core.pose import Pose
+from cathxr.core.protocols import Clock, Detector, Sink, Source, Tracker
+from cathxr.core.rig import Catheter, Intrinsics, Marker, Provenance, Rig, RigCamera, Roi, Roll, Timing
+from cathxr.core.signals import Detection, Image, Observation, Reading
+from cathxr.core.track import Event, Health, Status, Track
+
+__all__ = [
+    "CalibrationError",
+    "Catheter",
+    "CathxrError",
+    "Clock",
+    "ConfigError",
+    "DataError",
+    "Detection",
+    "Detector",
+    "DeviceError",
+    "DeviceLost",
+    "DeviceNotFound",
+    "EndOfStream",
+    "Event",
+    "FloatArray",
+    "Health",
+    "Image",
+    "Intrinsics",
+    "Marker",
+    "Observation",
+    "PixelArray",
+    "Pose",
+    "ProtocolError",
+    "Provenance",
+    "Reading",
+    "RegistrationError",
+    "Rig",
+    "RigCamera",
+    "Roi",
+    "Roll",
+    "Sink",
+    "Source",
+    "Status",
+    "Timing",
+    "Track",
+    "Tracker",
+]

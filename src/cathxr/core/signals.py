@@ -1,0 +1,119 @@
+"""What goes into the waist: pictures, encoder readings, and the measurements made from them."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cathxr.core.arrays import FloatArray, PixelArray, checked
+
+
+@dataclass(frozen=True, eq=False)
+class Image:
+    """One picture. `pixels` uint8 (H, W) grey or (H, W, 3) BGR; `t_ns` mid-exposure, host's monotonic clock."""
+
+    camera: str
+    seq: int
+    t_ns: int
+    pixels: PixelArray
+
+    def __post_init__(self) -> None:
+        shape = self.pixels.shape
+        if self.pixels.dtype != np.uint8 or not (len(shape) == 2 or (len(shape) == 3 and shape[2] == 3)):
+            raise ValueError(f"pixels: expected uint8 (H, W) or (H, W, 3), got {self.pixels.dtype} {shape}")
+        if self.pixels.size == 0:
+            raise ValueError("pixels: expected a picture, got an empty array")
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        return int(self.pixels.shape[1]), int(self.pixels.shape[0])
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One encoder report.
+
+    `count` after x4 decoding; `illegal` counts impossible transitions; `flags` are the board's.
+    """
+
+    seq: int
+    t_ns: int
+    count: int
+    illegal: int = 0
+    flags: int = 0
+
+
+def _none_px() -> FloatArray:
+    return np.empty((0, 2))
+
+
+def _none() -> FloatArray:
+    return np.empty(0)
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """Every measurement the fit consumes from one picture, in that picture's raw (distorted) pixels.
+
+    curve_px (N, 2): points of the silhouette's midline, tip first, ending where the tube leaves the inlet.
+    normal_px (N, 2): unit normals of the midline, along which each point was measured.
+    sigma_px (N,): standard deviation of each point along its normal.
+    half_width_px (N,): half of the silhouette's width along the normal.
+    tip_px (2,): the silhouette's most distal point, on the midline's continuation; None where nothing was found.
+    tip_sigma_px: standard deviation of tip_px along the midline.
+    reason: None when found, else why not, as a short phrase ("no catheter", "black picture", ...).
+    repeats: how many pictures before this one from the same camera were the same to the last bit.
+    """
+
+    camera: str
+    seq: int
+    t_ns: int
+    curve_px: FloatArray = field(default_factory=_none_px)
+    normal_px: FloatArray = field(default_factory=_none_px)
+    sigma_px: FloatArray = field(default_factory=_none)
+    half_width_px: FloatArray = field(default_factory=_none)
+    tip_px: FloatArray | None = None
+    tip_sigma_px: float | None = None
+    reason: str | None = None
+    repeats: int = 0
+
+    def __post_init__(self) -> None:
+        for name, shape in (
+            ("curve_px", (None, 2)),
+            ("normal_px", (None, 2)),
+            ("sigma_px", (None,)),
+            ("half_width_px", (None,)),
+        ):
+            object.__setattr__(self, name, checked(name, getattr(self, name), shape))
+        count = len(self.curve_px)
+        if not (len(self.normal_px) == len(self.sigma_px) == len(self.half_width_px) == count):
+            raise ValueError(f"Detection: expected {count} normals, sigmas and half widths, one for each point")
+        if self.tip_px is not None:
+            object.__setattr__(self, "tip_px", checked("tip_px", self.tip_px, (2,)))
+        found = self.reason is None
+        if found != (self.tip_px is not None) or found != (self.tip_sigma_px is not None) or found != (count >= 2):
+            raise ValueError("Detection: expected either a curve with its tip, or a reason why there is none")
+
+    @property
+    def found(self) -> bool:
+        """Whether a catheter was found."""
+        return self.reason is None
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """One matched set of detections, at the top picture's instant.
+
+    skew_ns: the front picture's instant minus the top picture's. roll_rad: unwrapped roll at t_ns, None without a valid
+    one. `seq` is the 0-based index of the pair.
+    """
+
+    seq: int
+    t_ns: int
+    detections: tuple[Detection, ...]
+    skew_ns: int = 0
+    roll_rad: float | None = None
+
+    def detection(self, camera: str) -> Detection | None:
+        """Return the named camera's detection, None where it gave none."""
+        return next((each for each in self.detections if each.camera == camera), None)

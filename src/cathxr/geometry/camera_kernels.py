@@ -1,0 +1,88 @@
+"""The camera model's hot loop, compiled: projection with its derivative. `camera.py` holds the readable NumPy twin."""
+
+import numpy as np
+from numba import njit
+
+from cathxr.core import FloatArray
+
+
+@njit(cache=True, nogil=True)
+def project_with_jacobian(
+    points: FloatArray,
+    rotation: FloatArray,
+    translation: FloatArray,
+    focal: FloatArray,
+    centre: FloatArray,
+    distortion: FloatArray,
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return pixels (N, 2), their derivative (N, 2, 3) by points (N, 3) of `box`, and the least depth, mm.
+
+    Where the least depth is not positive the other results mean nothing.
+    """
+    count = len(points)
+    pixels = np.empty((count, 2))
+    jacobian = np.empty((count, 2, 3))
+    nearest = np.inf
+    k1, k2, p1, p2, k3 = distortion[0], distortion[1], distortion[2], distortion[3], distortion[4]
+    for i in range(count):
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        cx = rotation[0, 0] * px + rotation[0, 1] * py + rotation[0, 2] * pz + translation[0]
+        cy = rotation[1, 0] * px + rotation[1, 1] * py + rotation[1, 2] * pz + translation[1]
+        cz = rotation[2, 0] * px + rotation[2, 1] * py + rotation[2, 2] * pz + translation[2]
+        nearest = min(nearest, cz)
+        if cz <= 0.0:
+            return pixels, jacobian, nearest
+        x = cx / cz
+        y = cy / cz
+        r2 = x * x + y * y
+        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3)
+        pixels[i, 0] = focal[0] * (x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)) + centre[0]
+        pixels[i, 1] = focal[1] * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y) + centre[1]
+        cross = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+        xx = radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+        yy = radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+        for k in range(3):
+            by_x = (rotation[0, k] - x * rotation[2, k]) / cz
+            by_y = (rotation[1, k] - y * rotation[2, k]) / cz
+            jacobian[i, 0, k] = focal[0] * (xx * by_x + cross * by_y)
+            jacobian[i, 1, k] = focal[1] * (cross * by_x + yy * by_y)
+    return pixels, jacobian, nearest
+
+
+@njit(cache=True, nogil=True)
+def undistort(distorted: FloatArray, coefficients: FloatArray) -> tuple[FloatArray, bool]:
+    """Return ideal normalised coordinates (N, 2) of distorted ones, and whether all could be undone.
+
+    Damped Newton from the distorted point itself: steps of at most 0.2, so that it stays on the near side of the model's fold.
+    """
+    k1, k2, p1, p2, k3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4]
+    ideal = distorted.copy()
+    good = True
+    for i in range(len(distorted)):
+        x, y = distorted[i, 0], distorted[i, 1]
+        error = 1.0
+        determinant = 1.0
+        for _ in range(40):
+            r2 = x * x + y * y
+            radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+            slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3)
+            ex = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x) - distorted[i, 0]
+            ey = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y - distorted[i, 1]
+            error = max(abs(ex), abs(ey))
+            cross = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+            xx = radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+            yy = radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+            determinant = xx * yy - cross * cross
+            if error < 1e-13 or abs(determinant) < 1e-9:
+                break
+            sx = (yy * ex - cross * ey) / determinant
+            sy = (xx * ey - cross * ex) / determinant
+            scale = min(1.0, 0.2 / max((sx * sx + sy * sy) ** 0.5, 1e-300))
+            x -= scale * sx
+            y -= scale * sy
+        if not (error < 1e-9 and determinant > 0.0):
+            good = False
+        ideal[i, 0] = x
+        ideal[i, 1] = y
+    return ideal, good

@@ -15,7 +15,7 @@ from cathxr.geometry import camera_kernels
 
 @dataclass(frozen=True, eq=False)
 class CameraModel:
-    """Projects points of `box` (mm) to raw picture pixels and back to rays. Pixel (0, 0) is the first pixel's centre."""
+    """Projects points of `box` (mm) to raw pixels and back to rays. Pixel (0, 0) is the first pixel's centre."""
 
     intrinsics: Intrinsics
     camera_from_box: Pose

@@ -54,7 +54,7 @@ def project_with_jacobian(
 def undistort(distorted: FloatArray, coefficients: FloatArray) -> tuple[FloatArray, bool]:
     """Return ideal normalised coordinates (N, 2) of distorted ones, and whether all could be undone.
 
-    Damped Newton from the distorted point itself: steps of at most 0.2, so that it stays on the near side of the model's fold.
+    Damped Newton from the distorted point itself, in steps of at most 0.2: it stays on the near side of the fold.
     """
     k1, k2, p1, p2, k3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4]
     ideal = distorted.copy()

@@ -41,9 +41,19 @@ def tangents(points: FloatArray) -> FloatArray:
     along = arc_length(points)
     if (np.diff(along) <= 0).any():
         raise ValueError("points: expected distinct neighbours")
-    order = 2 if len(points) > 2 else 1
-    slope = np.gradient(points, along, axis=0, edge_order=order)
+    slope = _slopes(points, along) if len(points) > 2 else np.repeat(np.diff(points, axis=0), 2, axis=0)
     return np.asarray(slope / np.linalg.norm(slope, axis=1, keepdims=True), dtype=np.float64)
+
+
+def _slopes(points: FloatArray, along: FloatArray) -> FloatArray:
+    """Return the derivative (N, D) of at least three points by `along`: that of the parabola through neighbours."""
+    steps = np.diff(along)[:, None]
+    chords = np.diff(points, axis=0) / steps
+    before, after = steps[:-1], steps[1:]
+    inner = (after * chords[:-1] + before * chords[1:]) / (before + after)
+    first = 2.0 * chords[0] - inner[0]
+    last = 2.0 * chords[-1] - inner[-1]
+    return np.concatenate([first[None], inner, last[None]])
 
 
 def transported(points: FloatArray, unit_tangents: FloatArray, first_normal: FloatArray) -> FloatArray:
@@ -82,8 +92,8 @@ def _double_reflection(points: FloatArray, unit_tangents: FloatArray, first: Flo
 def tip_pose(shape_box: FloatArray, *, zero_direction: FloatArray, roll_rad: float) -> Pose:
     """Return box_from_tip for a centreline (K, 3) mm in `box`, tip first.
 
-    The frame at the entry has z along the insertion and x along `zero_direction` made normal to it; it is carried to the tip
-    by parallel transport and turned by `roll_rad` about the tangent. Assumes no torsion between the gearbox and the tip.
+    The frame at the entry has z along the insertion and x along `zero_direction` made normal to it; it is carried to
+    the tip by parallel transport and turned by `roll_rad` about the tangent. Assumes no torsion from gearbox to tip.
     """
     from_entry = np.ascontiguousarray(shape_box[::-1])
     along = tangents(from_entry)

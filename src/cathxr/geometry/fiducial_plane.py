@@ -34,8 +34,8 @@ class FiducialPlane:
         """Return the plane of a rig's camera, "top" or "front".
 
         The pictures in use show no markers (the pillar has been taken out), so the markers' places in the picture are
-        those that the calibrated camera gives them. A rig without markers for this camera uses the four corners of its ROI
-        in the mid plane instead: the same plane, known only as well as the camera's pose.
+        those that the calibrated camera gives them. A rig without markers for this camera uses the four corners of its
+        ROI in the mid plane instead: the same plane, known only as well as the camera's pose.
 
         Raises:
             ConfigError: fewer than four markers, markers not in one plane or not spread over it, or not in view.
@@ -48,7 +48,9 @@ class FiducialPlane:
         try:
             normalised = model.undistort(model.project(points_box))
         except ValueError as error:
-            raise ConfigError(f"Camera {camera} of the rig cannot see its markers ({error}); check camera_from_box.") from error
+            raise ConfigError(
+                f"The {camera} camera cannot see its markers ({error}); check its camera_from_box."
+            ) from error
         return cls(model, axes, _homography(normalised, points_box[:, axes], camera))
 
     def to_plane(self, pixels: FloatArray) -> FloatArray:
@@ -60,7 +62,7 @@ class FiducialPlane:
         return _mapped(self.plane_from_normalised, self.camera.undistort(np.asarray(pixels, dtype=np.float64)))
 
     def apparent(self, points_box: FloatArray) -> FloatArray:
-        """Return where on the plane, mm (..., 2), the camera sees points (..., 3) mm in `box`: off the plane, elsewhere.
+        """Return where on the plane, mm (..., 2), the camera sees points (..., 3) mm in `box`, on the plane or off it.
 
         Raises:
             ValueError: a point lies behind the camera.
@@ -68,11 +70,13 @@ class FiducialPlane:
         points = self.camera.to_camera(np.asarray(points_box, dtype=np.float64))
         if (points[..., 2] <= 0).any():
             raise ValueError("points_box: expected points in front of the camera")
-        return _mapped(self.plane_from_normalised, points[..., :2] / points[..., 2:])
+        normalised = np.asarray(points[..., :2] / points[..., 2:], dtype=np.float64)
+        return _mapped(self.plane_from_normalised, normalised)
 
     def to_pixels(self, points_mm: FloatArray) -> FloatArray:
         """Return raw pixels (..., 2) of mm on the plane (..., 2). Inverse of `to_plane`."""
-        normalised = _mapped(np.linalg.inv(self.plane_from_normalised), np.asarray(points_mm, dtype=np.float64))
+        inverse = np.asarray(np.linalg.inv(self.plane_from_normalised), dtype=np.float64)
+        normalised = _mapped(inverse, np.asarray(points_mm, dtype=np.float64))
         return self.camera.pixels_from_normalised(normalised)
 
 
@@ -115,7 +119,9 @@ def _homography(normalised: FloatArray, plane_mm: FloatArray, camera: str) -> Fl
     rows_v = np.hstack([zeros, homogeneous, -target[:, 1:] * homogeneous])
     _, singular, right = np.linalg.svd(np.vstack([rows_u, rows_v]))
     if singular[7] < 1e-6 * singular[0]:
-        raise ConfigError(f"[markers.{camera}]: three of the markers lie on one line; the paper method needs a quadrilateral.")
+        raise ConfigError(
+            f"[markers.{camera}]: three of the markers lie on one line; the paper method needs four corners."
+        )
     result = np.linalg.inv(from_plane) @ right[8].reshape(3, 3) @ from_normalised
     # The sign that makes the third coordinate positive where the markers are.
     side = np.column_stack([normalised, ones]) @ result[2]

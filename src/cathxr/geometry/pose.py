@@ -56,7 +56,7 @@ def interpolated(first: Pose, second: Pose, fraction: float) -> Pose:
 
 
 def frame_from_tangent(tangent: FloatArray, reference: FloatArray) -> FloatArray:
-    """Return a right-handed (3, 3) rotation with columns x, y, z: z along `tangent`, x along `reference` made normal to it.
+    """Return a right-handed (3, 3) rotation with z along `tangent` and x along `reference` made normal to it.
 
     Raises:
         ValueError: the two directions are parallel.

@@ -13,7 +13,7 @@ _ITERATIONS = 10
 
 @dataclass(frozen=True, eq=False)
 class Triangulation:
-    """points_box (N, 3) mm; covariance_mm2 (N, 3, 3) of pixel noise alone; residual_px (V, N, 2) measured minus projected."""
+    """points_box (N, 3) mm; covariance_mm2 (N, 3, 3) of pixel noise; residual_px (V, N, 2) measured minus projected."""
 
     points_box: FloatArray
     covariance_mm2: FloatArray
@@ -36,7 +36,9 @@ def nearest_to_rays(origins: FloatArray, directions: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.solve(normal, right)[..., 0], dtype=np.float64)
 
 
-def triangulate(cameras: Sequence[CameraModel], pixels: FloatArray, *, sigma_px: FloatArray | float = 1.0) -> Triangulation:
+def triangulate(
+    cameras: Sequence[CameraModel], pixels: FloatArray, *, sigma_px: FloatArray | float = 1.0
+) -> Triangulation:
     """Return the points seen at `pixels` (V, N, 2) raw px by the V cameras: least squares on reprojection error.
 
     sigma_px: standard deviation of each pixel coordinate, one number or (V, N).
@@ -46,7 +48,9 @@ def triangulate(cameras: Sequence[CameraModel], pixels: FloatArray, *, sigma_px:
     """
     measured = np.asarray(pixels, dtype=np.float64)
     if len(cameras) < 2 or measured.ndim != 3 or measured.shape[0] != len(cameras) or measured.shape[2] != 2:
-        raise ValueError(f"pixels: expected shape ({max(2, len(cameras))}, N, 2) for at least two cameras, got {measured.shape}")
+        raise ValueError(
+            f"pixels: expected shape ({max(2, len(cameras))}, N, 2) for at least two cameras, got {measured.shape}"
+        )
     weight = 1.0 / np.square(np.broadcast_to(np.asarray(sigma_px, dtype=np.float64), measured.shape[:2]))
     origins = np.stack([camera.centre_box for camera in cameras])
     directions = np.stack([camera.ray(each) for camera, each in zip(cameras, measured, strict=True)])
@@ -58,7 +62,7 @@ def triangulate(cameras: Sequence[CameraModel], pixels: FloatArray, *, sigma_px:
         if np.abs(step).max(initial=0.0) < 1e-10:
             break
     residual, information, _ = _normal_equations(cameras, measured, points, weight)
-    return Triangulation(points, np.linalg.inv(information), residual)
+    return Triangulation(points, np.asarray(np.linalg.inv(information), dtype=np.float64), residual)
 
 
 def _normal_equations(

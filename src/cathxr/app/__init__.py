@@ -1,0 +1,1 @@
+"""Commands, configuration, plug-in lookup: the only place where everything is put together."""

@@ -1,0 +1,168 @@
+"""`cathxr bench`: measures this machine and prints (or writes) one page of tables."""
+
+import os
+import platform
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from cathxr import __version__
+from cathxr.app.bench_live import measure
+from cathxr.app.bench_tracking import Score, scores
+from cathxr.app.errors import told_in_a_sentence
+from cathxr.app.live_options import PATH
+
+_METHODS = ("model", "paper")
+_SCENES = ("smooth", "rest", "fast", "low_contrast", "noisy", "flicker", "vignetting", "mjpg", "rolling_shutter")
+_CLIENTS = (1, 10, 50)
+
+
+@click.command("bench")
+@click.argument("what", type=click.Choice(["all", "tracking", "twin", "live"]), default="all")
+@click.option("--pairs", type=click.IntRange(4, 5000), default=60, show_default=True, help="Pairs of each scene.")
+@click.option(
+    "--seconds", type=click.FloatRange(2.0, 600.0), default=15.0, show_default=True, help="Length of each live run."
+)
+@click.option("--scene", "chosen", multiple=True, help="Scenes to track, instead of the usual ones; repeatable.")
+@click.option("--out", type=PATH, help="Also write the page to this file (Markdown).")
+@told_in_a_sentence
+def bench(what: str, pairs: int, seconds: float, chosen: tuple[str, ...], out: Path | None) -> None:
+    """Measure accuracy, speed, latency and load on this machine, on the digital twin's rendered pictures.
+
+    \b
+    Example:
+      cathxr bench --out docs/benchmarks.md
+    """
+    import cv2
+
+    cv2.setNumThreads(1)
+    console = Console(stderr=True)
+    parts = [_heading(what, pairs, seconds)]
+    with Progress(
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=console,
+        disable=not console.is_terminal, transient=True,
+    ) as bar:  # fmt: skip
+        if what in ("all", "tracking"):
+            scenes = chosen or _SCENES
+            task = bar.add_task("tracking", total=len(scenes) * pairs)
+            parts.append(_tracking(scenes, pairs, lambda: bar.advance(task)))
+        if what in ("all", "twin"):
+            parts.append(_twin())
+        if what in ("all", "live"):
+            task = bar.add_task("live", total=len(_CLIENTS))
+            parts.append(_live(seconds, lambda: bar.advance(task)))
+    text = "\n\n".join(parts) + "\n"
+    click.echo(text)
+    if out is not None:
+        out.write_text(text, encoding="utf-8", newline="\n")
+
+
+def _heading(what: str, pairs: int, seconds: float) -> str:
+    return (
+        f"# Benchmarks\n\nMade by `cathxr bench {what} --pairs {pairs} --seconds {seconds:g}`, cathxr {__version__}, "
+        f"Python {platform.python_version()}, {platform.system()}, {_processor()}, {os.cpu_count()} cores. All "
+        "pictures are **synthetic** (the digital twin, 2 x 1280x720, 9F catheter, cameras off-nominal, true "
+        "rig). Machines differ and shared ones are noisy: trust the ratios, measured in one run, before the milliseconds."
+    )
+
+
+def _processor() -> str:
+    try:
+        for line in Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    except OSError:
+        pass
+    return platform.processor() or platform.machine()
+
+
+def _tracking(scenes: Sequence[str], pairs: int, progress: Callable[[], None]) -> str:
+    """Return the accuracy table and the speed of both methods, on the same pictures in the same run."""
+    rows = []
+    speed: dict[str, list[float]] = {method: [] for method in _METHODS}
+    for name in scenes:
+        for method, score in scores(name, _METHODS, pairs=pairs, seed=3, progress=progress).items():
+            rows.append(_row(name, method, score))
+            speed[method] += score.seconds[2:]
+    table = _table(
+        ("scene", "method", "tracked", "tip mean", "tip p95", "tip max", "shape mean", "tangent mean", "error / sigma"),
+        rows,
+    )
+    model, paper = (1e3 * float(np.median(speed[method])) for method in _METHODS)
+    spent = _table(
+        ("method", "median ms a pair, one core", "pairs/s"),
+        [("model", f"{model:.1f}", f"{1e3 / model:.0f}"), ("paper", f"{paper:.1f}", f"{1e3 / paper:.0f}")],
+    )
+    return (
+        "## Tracking\n\nErrors in mm (tangent in degrees), over tracked pairs; tip and shape against the twin's truth; "
+        f"shape is the symmetric mean distance. {pairs} pairs a scene, a third of a second apart.\n\n{table}\n\n"
+        f"Processor time of detection in both views and the fit, full pictures, nothing predicted:\n\n{spent}\n\n"
+        f"Ratio paper / model: {paper / model:.2f}."
+    )
+
+
+def _row(name: str, method: str, score: Score) -> tuple[str, ...]:
+    total = sum(score.statuses.values())
+    tracked = score.statuses.get("tracked", 0)
+    share = f"{100.0 * tracked / total:.0f} %"
+    if not score.shape_mm:
+        return (name, method, share, "-", "-", "-", "-", "-", "-")
+    tip = np.array(score.tip_mm)
+    return (
+        name, method, share, f"{tip.mean():.3f}", f"{np.quantile(tip, 0.95):.3f}", f"{tip.max():.3f}",
+        f"{np.mean(score.shape_mm):.3f}", f"{np.mean(score.tangent_deg):.2f}",
+        f"{np.sqrt(np.mean(np.square(score.normalised))):.2f}",
+    )  # fmt: skip
+
+
+def _twin() -> str:
+    """Return how fast the twin renders, one camera in one thread."""
+    from cathxr.storage.rig_file import example_rig
+    from cathxr.twin import CameraRenderer, TwinWorld, scene, true_rig
+
+    rows = []
+    for name in ("smooth", "debris", "mjpg", "rolling_shutter"):
+        renderer = CameraRenderer(TwinWorld(true_rig(example_rig(), 3), seed=3, settings=scene(name)), "top")
+        spent = []
+        for i in range(40):
+            begun = time.thread_time()
+            renderer.picture(1_000_000_000 + i * 33_333_333)
+            spent.append(time.thread_time() - begun)
+        middle = 1e3 * float(np.median(spent[5:]))
+        rows.append((name, f"{middle:.1f}", f"{1e3 / middle:.0f}"))
+    return "## Twin\n\nProcessor time of one 1280x720 colour picture:\n\n" + _table(("scene", "ms", "pictures/s"), rows)
+
+
+def _live(seconds: float, progress: Callable[[], None]) -> str:
+    """Return latency and load of the live system with several numbers of clients."""
+    rows = []
+    for clients in _CLIENTS:
+        each = measure(clients, seconds=seconds)
+        progress()
+        rows.append(
+            (
+                str(clients), f"{each.rate_hz:.1f}", f"{each.p50_ms:.1f}", f"{each.p99_ms:.1f}", f"{each.max_ms:.0f}",
+                "-" if each.cpu_share is None else f"{100.0 * each.cpu_share:.0f} %",
+                "-" if each.memory_mb is None else f"{each.memory_mb:.0f}",
+                f"{100.0 * each.tracked_share:.1f} %", "-" if each.tip_mm is None else f"{each.tip_mm:.3f}",
+            )
+        )  # fmt: skip
+    table = _table(
+        ("clients", "Tracks/s", "p50 ms", "p99 ms", "max ms", "CPU", "memory MB", "tracked", "tip mean mm"), rows
+    )
+    return (
+        "## Live\n\n`cathxr run` on the twin in one process (rendering, tracking and serving), WebSocket clients in "
+        "another, on the same machine. Latency: mid-exposure of the top picture to the message in a client's hands. "
+        "CPU: of the whole `cathxr run` process, 100 % being one core; the difference between rows is what serving costs."
+        f"\n\n{table}"
+    )
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])

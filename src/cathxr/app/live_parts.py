@@ -1,0 +1,214 @@
+"""Puts the live system together from a configuration: the rig, the source, the scene. Opens nothing yet."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from cathxr.app.config import Config
+from cathxr.app.plugins import make_camera, make_encoder
+from cathxr.core import Clock, ConfigError, DataError, Image, PixelArray, Rig, Source, Track
+from cathxr.heart import HeartFolder, builtin_path, read_heart
+from cathxr.registration import Registration, default_placement, read_registration
+from cathxr.runtime.live import LiveOptions
+from cathxr.runtime.optical import OpticalSource
+from cathxr.runtime.recording import session_opener
+from cathxr.runtime.replay import ReplayOptions, ReplaySource
+from cathxr.storage.rig_file import example_rig, read_rig
+from cathxr.storage.session import SessionReader
+from cathxr.tracking import make_tracker
+from cathxr.twin import TwinWorld, scene, true_rig
+from cathxr.vision import make_detector
+from cathxr.wire.messages import (
+    HeartDescription,
+    PartDescription,
+    RegistrationDescription,
+    SceneDescription,
+    TargetDescription,
+    TwinDescription,
+)
+from cathxr.wire.scene import pose_description, scene_description
+
+TWIN, CAMERAS = "twin", "cameras"
+_TARGET_RADIUS_MM = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class LiveParts:
+    """What a live system is made of. kind: "twin", "cameras" or "replay"."""
+
+    kind: str
+    rig: Rig
+    source: Source[Track]
+    options: LiveOptions
+    scene: SceneDescription
+    files: Mapping[str, Path]
+    world: TwinWorld | None = None
+    optical: OpticalSource | None = None
+
+
+def live_parts(source: str, config: Config, *, clock: Clock) -> LiveParts:
+    """Return the parts for a source: "twin", "cameras", or a session's folder.
+
+    Raises:
+        ConfigError, DataError: one sentence about what is wrong.
+    """
+    if source == TWIN:
+        return _twin_parts(config, clock)
+    if source == CAMERAS:
+        return _camera_parts(config, clock)
+    return _replay_parts(Path(source), config, clock)
+
+
+def _twin_parts(config: Config, clock: Clock) -> LiveParts:
+    """Return the twin's box: the given rig as it is, or the example rig with its cameras moved off-nominal by seed."""
+    seed = config.twin.seed
+    rig = read_rig(Path(config.rig)) if config.rig else true_rig(example_rig(), seed)
+    world = TwinWorld(rig, seed=seed, settings=scene(config.twin.scene), start_ns=clock.now_ns())
+    options: dict[str, Any] = {"world": world}
+    camera_options = dict(options)
+    if config.twin.rate_hz is not None:
+        camera_options["rate_hz"] = config.twin.rate_hz
+    cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=camera_options) for name in rig.cameras}
+    encoder = make_encoder(TWIN, rig, clock=clock, options=options) if rig.roll is not None else None
+    optical = _optical(config, rig, cameras, encoder, clock)
+    live = LiveOptions(
+        world=world,
+        truth=lambda t_ns, seq: world.truth(t_ns, seq=seq, points=config.tracking.points),
+        open_session=_opener(config, rig, clock, TWIN),
+        record_videos=config.recording.videos,
+    )
+    ranges = world.control_ranges
+    twin = TwinDescription(
+        insertion_mm=ranges["insertion_mm"],
+        roll_deg=ranges["roll_deg"],
+        anterior_deg=ranges["anterior_deg"],
+        left_deg=ranges["left_deg"],
+        manoeuvres=list(world.manoeuvres),
+    )
+    description, files = _scene(config, rig, TWIN, twin)
+    return LiveParts(TWIN, rig, optical, live, description, files, world=world, optical=optical)
+
+
+def _camera_parts(config: Config, clock: Clock) -> LiveParts:
+    if config.rig is None:
+        raise ConfigError("Real cameras need the rig they belong to: give it with --rig rig.toml.")
+    rig = read_rig(Path(config.rig))
+    chosen = config.cameras
+    options = {"top": chosen.top, "front": chosen.front}
+    missing = [name for name, each in options.items() if chosen.driver == "opencv" and "device" not in each]
+    if missing:
+        raise ConfigError(
+            f"The configuration does not say which device the {' and the '.join(missing)} camera is: give --config "
+            f"with device = 0 (or a path) under [cameras.{missing[0]}]."
+        )
+    cameras = {name: make_camera(chosen.driver, rig, name, clock=clock, options=options[name]) for name in options}
+    encoder = None
+    if config.encoder.driver is not None:
+        encoder = make_encoder(config.encoder.driver, rig, clock=clock, options=config.encoder.options)
+    optical = _optical(config, rig, cameras, encoder, clock)
+    live = LiveOptions(open_session=_opener(config, rig, clock, CAMERAS), record_videos=config.recording.videos)
+    description, files = _scene(config, rig, CAMERAS, None)
+    return LiveParts(CAMERAS, rig, optical, live, description, files, optical=optical)
+
+
+def _replay_parts(folder: Path, config: Config, clock: Clock) -> LiveParts:
+    if not folder.exists():
+        raise DataError(f"There is no source '{folder}': give twin, cameras, or the folder of a recorded session.")
+    session = SessionReader(folder)
+    rig = session.rig
+    method = str(session.config.get("method", "model"))
+    points = int(session.config.get("points", config.tracking.points))
+    source = ReplaySource(
+        session,
+        clock=clock,
+        tracker=make_tracker(method, rig, points=points),
+        options=ReplayOptions(speed=config.replay.speed, loop=config.replay.loop),
+    )
+    live = LiveOptions(no_recording="This is a replay: what would be recorded is recorded already.")
+    description, files = _scene(config, rig, "replay", None)
+    return LiveParts("replay", rig, source, live, description, files)
+
+
+def _optical(
+    config: Config, rig: Rig, cameras: Mapping[str, Source[Image]], encoder: Any, clock: Clock
+) -> OpticalSource:
+    """Return the optical tracker over opened-on-demand cameras."""
+    tracking = config.tracking
+    detectors = {
+        name: make_detector(tracking.method, rig, name, background=_background(getattr(tracking, f"background_{name}")))
+        for name in cameras
+    }
+    tracker = make_tracker(tracking.method, rig, points=tracking.points)
+    return OpticalSource(rig, cameras, detectors=detectors, tracker=tracker, clock=clock, encoder=encoder)
+
+
+def _background(path: str | None) -> PixelArray | None:
+    if path is None:
+        return None
+    picture = cv2.imread(path, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    if picture is None:
+        raise DataError(f"The background picture {path} cannot be read: give a PNG or JPEG of the empty box.")
+    return np.asarray(picture, dtype=np.uint8)
+
+
+def _opener(config: Config, rig: Rig, clock: Clock, kind: str) -> Any:
+    chosen = {"source": kind, "method": config.tracking.method, "points": config.tracking.points}
+    if kind == TWIN:
+        chosen |= {"scene": config.twin.scene, "seed": config.twin.seed}
+    return session_opener(
+        Path(config.recording.folder), rig=rig, config=chosen, clock=clock, videos=config.recording.videos
+    )
+
+
+def _scene(
+    config: Config, rig: Rig, kind: str, twin: TwinDescription | None
+) -> tuple[SceneDescription, dict[str, Path]]:
+    """Return the scene's description and the files it names."""
+    heart = read_heart(Path(config.heart) if config.heart else builtin_path())
+    registration = _registration(heart)
+    description = HeartDescription(
+        glb="/scene/heart.glb",
+        parts=[
+            PartDescription(name=key, label=each.name, node=each.node, colour=each.colour)
+            for key, each in heart.structures.items()
+        ],
+        attribution=f"{heart.source.title}; {heart.source.authors}; {heart.source.licence}",
+        registration=RegistrationDescription(
+            kind=registration.kind.value,
+            ct_from_box=pose_description(registration.ct_from_box),
+            scale=registration.scale,
+            fre_mm=registration.fre_mm,
+            tre_mm=registration.tre_mm,
+        ),
+    )
+    targets = []
+    for key, point in heart.points_ct.items():
+        x, y, z = registration.box(point[None])[0].tolist()
+        inside = bool((np.array([x, y, z]) >= rig.roi.min_mm).all() and (np.array([x, y, z]) <= rig.roi.max_mm).all())
+        if inside:
+            targets.append(TargetDescription(name=key, position_mm=(x, y, z), radius_mm=_TARGET_RADIUS_MM))
+    files = {"/scene/heart.glb": heart.glb}
+    return scene_description(rig, kind, heart=description, targets=targets, twin=twin), files
+
+
+def _registration(heart: HeartFolder) -> Registration:
+    """Return the heart's registration; without one, the inlet sits at the inferior vena cava.
+
+    Raises:
+        ConfigError: there is none, and the heart names no caval openings to place it by.
+    """
+    if heart.registration is not None:
+        return read_registration(heart.registration)
+    points = heart.points_ct
+    if "inferior_vena_cava" not in points or "superior_vena_cava" not in points:
+        raise ConfigError(
+            f"The heart {heart.path} has no registration.toml, and no openings inferior_vena_cava and "
+            "superior_vena_cava to place it by: add one of them."
+        )
+    return default_placement(
+        points["inferior_vena_cava"], points["superior_vena_cava"], method="inlet at the inferior vena cava"
+    )

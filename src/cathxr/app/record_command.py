@@ -1,0 +1,77 @@
+"""`cathxr record`: a session without a page, from the twin or from cameras."""
+
+from pathlib import Path
+
+import click
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from cathxr.app.errors import told_in_a_sentence
+from cathxr.app.live_options import PATH, chosen_config, live_options
+from cathxr.app.run_command import prepare, stop_signal
+from cathxr.core import ConfigError, DataError
+
+_POLL_S = 0.1
+
+
+@click.command("record")
+@live_options
+@click.option("--out", required=True, type=PATH, help="The session's folder; it must not exist yet.")
+@click.option("--seconds", type=click.FloatRange(min=0.5), default=30.0, show_default=True, help="How long.")
+@click.option("--video", is_flag=True, help="Record the pictures too (lossless).")
+@told_in_a_sentence
+def record(
+    source: str,
+    rig: Path | None,
+    config: Path | None,
+    method: str | None,
+    points: int | None,
+    scene: str | None,
+    seed: int | None,
+    out: Path,
+    seconds: float,
+    video: bool,
+) -> None:
+    """Record a session without a page; on the twin with the exact truth beside it. Ctrl-C ends it early.
+
+    \b
+    Example:
+      cathxr record --source twin --seconds 10 --out recordings/first
+    """
+    if source not in ("twin", "cameras"):
+        raise ConfigError(f"Only the twin or cameras can be recorded, not '{source}': give --source twin or cameras.")
+    if out.exists():
+        raise ConfigError(f"{out} exists already: give --out a folder that does not.")
+    chosen = chosen_config(config, rig=rig, method=method, points=points, scene=scene, seed=seed)
+    recording = chosen.recording.model_copy(update={"folder": str(out.parent), "videos": video})
+    chosen = chosen.model_copy(update={"recording": recording})
+    from cathxr.app.live_parts import live_parts
+    from cathxr.devices.clock import MonotonicClock
+    from cathxr.runtime.live import LiveSystem
+
+    parts = live_parts(source, chosen, clock=MonotonicClock())
+    prepare(parts.rig, chosen.tracking.method)
+    with stop_signal() as stopping:
+        system = LiveSystem(parts.source, clock=MonotonicClock(), options=parts.options)
+        if parts.optical is not None:
+            parts.optical.readings.add("recorder", system.take_reading)
+        failures: list[str] = []
+        system.events.add(
+            "console",
+            lambda event: failures.append(str(event.payload["sentence"])) if event.kind == "recording_failed" else None,
+        )
+        console = Console(stderr=True)
+        columns = (TextColumn("recording"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[pairs]}"))
+        with system, Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+            task = bar.add_task("recording", total=seconds, pairs="")
+            system.handle("record_start", {"name": out.name})
+            while not (stopping.wait(_POLL_S) or failures or system.ended):
+                state = system.recording_state()
+                bar.update(task, completed=min(state.seconds, seconds))
+                if state.seconds >= seconds:
+                    break
+            if failures:
+                raise DataError(failures[0])
+            summary = system.handle("record_stop", {})
+    lost = summary["lost_pairs"] + summary["lost_items"] + summary["lost_pictures"]
+    click.echo(f"{summary['pairs']} pairs in {summary['seconds']:.1f} s, {lost} items lost. Session: {out}")

@@ -1,0 +1,210 @@
+"""`cathxr run`: the live system with its page."""
+
+import os
+import signal
+import sys
+import threading
+import time
+import webbrowser
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import click
+
+from cathxr.app.config import Config, ServerConfig
+from cathxr.app.errors import told_in_a_sentence
+from cathxr.app.live_options import PATH, chosen_config, live_options
+from cathxr.core import CathxrError, Event, Track
+
+_POLL_S = 0.25
+
+
+@click.command("run")
+@live_options
+@click.option("--port", type=click.IntRange(0, 65535), help="Port on this machine; 0: any free one.  [default: 8765]")
+@click.option("--lan", is_flag=True, help="Also serve the network (https, with a pairing code): for a headset.")
+@click.option("--recordings", type=PATH, help="Folder for recordings.  [default: ./recordings]")
+@click.option("--video", is_flag=True, help="Recordings hold the pictures too (lossless, about 50 MB a second).")
+@click.option("--speed", type=click.FloatRange(0.01, 100.0), help="Pace of a replay.  [default: 1]")
+@click.option("--no-browser", is_flag=True, help="Do not open a browser.")
+@click.option("--publish-truth", is_flag=True, help="Also send the twin's exact tip as events of kind 'truth'.")
+@told_in_a_sentence
+def run(
+    source: str,
+    rig: Path | None,
+    config: Path | None,
+    method: str | None,
+    points: int | None,
+    scene: str | None,
+    seed: int | None,
+    port: int | None,
+    lan: bool,
+    recordings: Path | None,
+    video: bool,
+    speed: float | None,
+    no_browser: bool,
+    publish_truth: bool,
+) -> None:
+    """Start the live system: source, tracker, server, page.
+
+    Without options it runs on the digital twin and opens the page. Ctrl-C ends it.
+
+    \b
+    Examples:
+      cathxr run
+      cathxr run --scene debris --seed 3
+      cathxr run --source cameras --rig rig.toml --config config.toml --lan
+      cathxr run --source recordings/2026-01-31_10-00-00
+    """
+    chosen = chosen_config(config, rig=rig, method=method, points=points, scene=scene, seed=seed)
+    chosen = _with_run_options(
+        chosen, port=port, lan=lan, recordings=recordings, video=video, speed=speed, no_browser=no_browser
+    )
+    serve(source, chosen, publish_truth=publish_truth)
+
+
+def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
+    """Run until Ctrl-C (or SIGTERM), or until a source that does not begin again has ended.
+
+    Raises:
+        CathxrError: it cannot start.
+    """
+    # Imported here: loading the methods takes a second that --help and a wrong path need not wait for.
+    from cathxr.app.live_parts import live_parts
+    from cathxr.devices.clock import MonotonicClock
+    from cathxr.runtime.live import LiveSystem
+    from cathxr.wire.console import access_text
+    from cathxr.wire.hub import Hub
+    from cathxr.wire.messages import Command
+    from cathxr.wire.server import Lan, LiveServer
+
+    clock = MonotonicClock()
+    parts = live_parts(source, config, clock=clock)
+    prepare(parts.rig, config.tracking.method)
+    hub = Hub()
+    system = LiveSystem(parts.source, clock=clock, options=parts.options)
+    system.connect("page", hub)
+    if parts.optical is not None:
+        parts.optical.readings.add("recorder", system.take_reading)
+    if publish_truth and parts.world is not None:
+        system.truths.add("page", lambda truth: hub.publish_event(_truth_event(truth)))
+
+    def commands(command: Command) -> Mapping[str, Any]:
+        return system.handle(command.name, command.args)
+
+    chosen = config.server
+    server = LiveServer(
+        hub, parts.scene, commands=commands, clock=clock, files=parts.files, port=chosen.port,
+        lan=Lan(chosen.lan_port, tuple(chosen.lan_names)) if chosen.lan else None, force_pairing=chosen.force_pairing,
+    )  # fmt: skip
+    with stop_signal() as stopping:
+        server.start()
+        try:
+            system.__enter__()
+            click.echo(f"cathxr runs on {_described(source, config)}. Ctrl-C ends it.")
+            click.echo(access_text(server, asked_port=chosen.port))
+            sys.stdout.flush()
+            _open_browser(server.url, chosen)
+            _wait_for_the_end(stopping, server, system)
+        finally:
+            closing = threading.Thread(target=server.stop, name="stop-server")
+            closing.start()
+            system.stop()
+            closing.join()
+    click.echo("Stopped.")
+
+
+def _wait_for_the_end(stopping: threading.Event, server: Any, system: Any) -> None:
+    """Return when told to stop or when the source has ended.
+
+    Raises:
+        CathxrError: the server's thread has died.
+    """
+    while not stopping.wait(_POLL_S):
+        if not server.running:
+            raise CathxrError(f"The server has stopped ({server.failure}); start cathxr again.")
+        if system.ended:
+            click.echo("The source has ended.")
+            return
+
+
+def _with_run_options(
+    config: Config,
+    *,
+    port: int | None,
+    lan: bool,
+    recordings: Path | None,
+    video: bool,
+    speed: float | None,
+    no_browser: bool,
+) -> Config:
+    server: dict[str, Any] = {} if port is None else {"port": port}
+    server |= {"lan": True} if lan else {}
+    server |= {"browser": False} if no_browser else {}
+    recording: dict[str, Any] = {} if recordings is None else {"folder": str(recordings)}
+    recording |= {"videos": True} if video else {}
+    replay = {} if speed is None else {"speed": speed}
+    return config.model_copy(
+        update={
+            "server": config.server.model_copy(update=server),
+            "recording": config.recording.model_copy(update=recording),
+            "replay": config.replay.model_copy(update=replay),
+        }
+    )
+
+
+def prepare(rig: Any, method: str) -> None:
+    """Compile what is not compiled yet, and say so when that takes a while."""
+    from cathxr.app.warm_up import warm_up
+
+    said = threading.Timer(1.5, lambda: click.echo("Compiling the fast parts (about a minute, the first time only) …"))
+    said.daemon = True
+    said.start()
+    begun_s = time.monotonic()
+    warm_up(rig, method=method)
+    said.cancel()
+    if said.finished.is_set() and time.monotonic() - begun_s > 10.0:
+        click.echo(f"Compiled in {time.monotonic() - begun_s:.0f} s; the next start takes a second or two.")
+
+
+def _truth_event(truth: Track) -> Event:
+    """Return the twin's exact tip as an event, for tests and demonstrations."""
+    tip = None if truth.tip_box is None else [float(each) for each in truth.tip_box]
+    return Event(truth.t_ns, "truth", {"seq": truth.seq, "tip": tip})
+
+
+def _described(source: str, config: Config) -> str:
+    if source == "twin":
+        return f"the digital twin (scene {config.twin.scene}, seed {config.twin.seed}; no hardware)"
+    return "the cameras" if source == "cameras" else f"the recording {source}"
+
+
+def _open_browser(url: str, config: ServerConfig) -> None:
+    """Open the page where there is a screen to show it on."""
+    has_screen = sys.platform in ("win32", "darwin") or any(
+        os.environ.get(each) for each in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
+    if config.browser and has_screen and not os.environ.get("CI"):
+        threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
+
+
+class stop_signal:  # noqa: N801  (used like a function)
+    """Gives an Event that Ctrl-C and SIGTERM set, until the end. A second Ctrl-C ends at once."""
+
+    def __enter__(self) -> threading.Event:
+        self._stopping = threading.Event()
+        self._old: dict[int, Callable[[int, FrameType | None], Any] | int | None] = {}
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._old[number] = signal.signal(number, self._stop)
+        return self._stopping
+
+    def _stop(self, number: int, frame: FrameType | None) -> None:
+        if self._stopping.is_set() and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        self._stopping.set()
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._old.items():
+            signal.signal(number, handler)

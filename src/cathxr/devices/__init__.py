@@ -1,0 +1,1 @@
+"""Device drivers: cameras, and the clocks that time them."""

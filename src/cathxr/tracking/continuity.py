@@ -1,0 +1,63 @@
+"""When there is no fresh pose: coast for a moment on the last one, or say lost. One policy for every tracker."""
+
+import math
+from dataclasses import replace
+
+from cathxr.core import Observation, Status, Track
+
+COAST_NS = 250_000_000
+"""How long a Track may coast. A trainee's hand moves a tip at 50-150 mm/s, so a longer guess would mislead."""
+COAST_SPEED_MM_S = 50.0
+"""How fast the tip is taken to wander while unseen: it grows sigma_mm."""
+
+
+def missing_reason(observation: Observation) -> str | None:
+    """Return why an observation brings no fresh picture of both views, None when it does.
+
+    A view that repeats its last picture to the last bit brings no news: the camera, or its link, is frozen.
+    """
+    missing = [
+        each.reason
+        for each in observation.detections
+        if each.reason is not None and each.reason.startswith("no picture")
+    ]
+    if missing:
+        return missing[0]
+    if len(observation.detections) < 2:
+        return "no picture from one camera"
+    frozen = [each.camera for each in observation.detections if each.repeats > 0]
+    if len(frozen) == 1:
+        return f"frozen picture from {frozen[0]}"
+    return "frozen pictures" if frozen else None
+
+
+class Continuity:
+    """Remembers the last tracked Track. Missing pictures coast; pictures that show no catheter are lost at once."""
+
+    def __init__(self) -> None:
+        self._last: Track | None = None
+
+    def tracked(self, track: Track) -> Track:
+        """Return `track`, remembered as the last good one."""
+        self._last = track
+        return track
+
+    def coasting(self, observation: Observation, reason: str) -> Track:
+        """Return the last good pose, flagged and with a larger sigma, or a lost Track when it is too old."""
+        last = self._last
+        age_ns = observation.t_ns - last.t_ns if last is not None else 0
+        if last is None or last.sigma_mm is None or not 0 <= age_ns <= COAST_NS:
+            return self.lost(observation, reason)
+        sigma = math.hypot(last.sigma_mm, COAST_SPEED_MM_S * age_ns * 1e-9)
+        return replace(
+            last, seq=observation.seq, t_ns=observation.t_ns, status=Status.COASTING, reason=reason, sigma_mm=sigma
+        )
+
+    def lost(self, observation: Observation, reason: str) -> Track:
+        """Return a lost Track with its reason; what was remembered is dropped."""
+        self._last = None
+        return Track(seq=observation.seq, t_ns=observation.t_ns, status=Status.LOST, reason=reason)
+
+    def reset(self) -> None:
+        """Forget what came before."""
+        self._last = None

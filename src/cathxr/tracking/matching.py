@@ -1,0 +1,99 @@
+"""Which point of one view's curve is which of the other's: monotone matching on epipolar distance.
+
+Dynamic programming as in Hoffmann et al., "Semi-automatic catheter reconstruction from two views", MICCAI 2012.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from cathxr.core import FloatArray
+
+_SIDE_STEP_COST = 0.02
+"""Cost, in squared scaled distances, of moving on in one curve only: prefers an even pace along epipolar lines."""
+_CAP = 25.0
+"""Largest squared scaled distance of one pair: beyond five standard deviations a pair is simply wrong."""
+
+
+@dataclass(frozen=True, eq=False)
+class Matching:
+    """pairs (M, 2): indices into the two curves, non-decreasing from (0, 0); rms: of the scaled epipolar distance."""
+
+    pairs: np.ndarray[tuple[int, int], np.dtype[np.int64]]
+    rms: float
+
+
+def ray_distances(
+    first_origin: FloatArray, first: FloatArray, second_origin: FloatArray, second: FloatArray
+) -> FloatArray:
+    """Return the distance (N, M), mm, between each ray of one camera and each of another: epipolar, but in space.
+
+    origins (3,) mm, directions (N, 3) and (M, 3) unit, all in `box`.
+    """
+    normals = np.cross(first[:, None, :], second[None, :, :])
+    lengths = np.linalg.norm(normals, axis=-1)
+    return np.asarray(np.abs(normals @ (second_origin - first_origin)) / np.maximum(lengths, 1e-9), dtype=np.float64)
+
+
+def match(distance: FloatArray, sigma: float) -> Matching:
+    """Return the best monotone matching that begins with both first points and uses up one of the curves.
+
+    distance (N, M): see `ray_distances`; sigma: its standard deviation for a right pair, same unit.
+    """
+    cost = np.minimum(np.square(distance / sigma), _CAP)
+    total, came = _accumulated(cost, _SIDE_STEP_COST)
+    rows, columns = cost.shape
+    last_row, last_column = total[-1] / rows, total[:, -1] / columns
+    if last_row.min() <= last_column.min():
+        end = (rows - 1, int(np.argmin(last_row)))
+    else:
+        end = (int(np.argmin(last_column)), columns - 1)
+    pairs = _walk_back(came, *end)
+    rms = float(np.sqrt(np.mean(cost[pairs[:, 0], pairs[:, 1]])))
+    return Matching(pairs, rms)
+
+
+@njit(cache=True, nogil=True)
+def _accumulated(cost, side_cost):  # type: ignore[no-untyped-def]
+    """Return (total cost, step taken: 0 both, 1 first only, 2 second only) of the best way to each pair."""
+    rows, columns = cost.shape
+    total = np.empty((rows, columns))
+    came = np.zeros((rows, columns), dtype=np.int8)
+    for i in range(rows):
+        for j in range(columns):
+            if i == 0 and j == 0:
+                total[i, j] = cost[i, j]
+                continue
+            best = np.inf
+            step = 0
+            if i > 0 and j > 0:
+                best = total[i - 1, j - 1] + cost[i, j]
+            if i > 0 and total[i - 1, j] + 0.5 * cost[i, j] + side_cost < best:
+                best = total[i - 1, j] + 0.5 * cost[i, j] + side_cost
+                step = 1
+            if j > 0 and total[i, j - 1] + 0.5 * cost[i, j] + side_cost < best:
+                best = total[i, j - 1] + 0.5 * cost[i, j] + side_cost
+                step = 2
+            total[i, j] = best
+            came[i, j] = step
+    return total, came
+
+
+@njit(cache=True, nogil=True)
+def _walk_back(came, row, column):  # type: ignore[no-untyped-def]
+    """Return the pairs (M, 2) from (0, 0) to (row, column)."""
+    pairs = np.empty((row + column + 1, 2), dtype=np.int64)
+    count = 0
+    while True:
+        pairs[count, 0] = row
+        pairs[count, 1] = column
+        count += 1
+        if row == 0 and column == 0:
+            break
+        step = came[row, column]
+        if step != 2:
+            row -= 1
+        if step != 1:
+            column -= 1
+    return pairs[:count][::-1].copy()

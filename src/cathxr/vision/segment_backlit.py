@@ -1,0 +1,100 @@
+"""The back-lit box: a dark catheter before a bright, slowly varying diffuser."""
+
+from typing import Any
+
+import cv2
+import numpy as np
+
+from cathxr.core import PixelArray
+from cathxr.vision.segmentation import Coarse, MatteArray, Window
+
+_LEAST_OPACITY = 0.06
+"""Anything fainter than this, against the back-light, is taken for unevenness."""
+_OPAQUE = 0.45
+"""What stays darker than this share of the back-light after thin things are closed is the inlet block or the frame."""
+_COARSE_WIDTH = 320
+"""The first guess works on pictures about this wide: a 4F catheter is then still over two pixels across."""
+
+
+class BackLitSegmenter:
+    """Matte = 1 - picture / back-light, the back-light estimated from each picture around the catheter.
+
+    width_px: the catheter's expected width in the picture; thinner-than-three-widths dark things are candidates.
+    """
+
+    def __init__(self, width_px: float) -> None:
+        self._width_px = width_px
+        self._grey: PixelArray = np.empty((0, 0), dtype=np.uint8)
+        self._light: MatteArray = np.empty((0, 0), dtype=np.float32)
+        self._step = 1
+
+    def coarse(self, pixels: PixelArray) -> Coarse:
+        """Return where dark, thin things are."""
+        self._grey = pixels if pixels.ndim == 2 else _bytes(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY))
+        height, width = self._grey.shape
+        step = self._step = max(1, min(round(width / _COARSE_WIDTH), int(self._width_px / 2.5)))
+        small = _bytes(cv2.resize(self._grey, (width // step, height // step), interpolation=cv2.INTER_AREA))
+        reach = 2 * round(1.6 * self._width_px / step) + 1
+        kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (reach, reach))
+        closed = _bytes(cv2.morphologyEx(small, cv2.MORPH_CLOSE, kernel, borderType=cv2.BORDER_REPLICATE))
+        opacity = _opacity(small, closed)
+        block = (closed < _OPAQUE * np.percentile(closed[::8, ::8], 90)).astype(np.uint8)
+        opaque = _bytes(cv2.dilate(block, np.ones((5, 5), np.uint8)))
+        thin = (opacity > _threshold(opacity)).astype(np.uint8)
+        self._light = _light(small, closed, thin | opaque, reach)
+        opacity = _opacity(small, self._light)
+        opacity[opaque > 0] = 0.0
+        found = opacity > _threshold(opacity)
+        return Coarse(found.astype(np.uint8) * 255, step)
+
+    def matte(self, pixels: PixelArray, window: Window) -> MatteArray:
+        """Return 1 - picture / back-light in the window."""
+        step = self._step
+        rows, columns = self._light.shape
+        first = (min(window.x0 // step, columns - 1), min(window.y0 // step, rows - 1))
+        last = (min(-(-window.x1 // step), columns), min(-(-window.y1 // step), rows))
+        block = self._light[first[1] : max(last[1], first[1] + 1), first[0] : max(last[0], first[0] + 1)]
+        size = (block.shape[1] * step, block.shape[0] * step)
+        light = np.asarray(cv2.resize(block, size, interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+        short = (window.y1 - first[1] * step - light.shape[0], window.x1 - first[0] * step - light.shape[1])
+        if max(short) > 0:  # a picture whose size is no multiple of the step leaves a rim
+            light = np.pad(light, ((0, max(0, short[0])), (0, max(0, short[1]))), mode="edge")
+        top, left = window.y0 - first[1] * step, window.x0 - first[0] * step
+        light = light[top : top + window.y1 - window.y0, left : left + window.x1 - window.x0]
+        return _opacity(self._grey[window.slices], light)
+
+
+def _bytes(picture: Any) -> PixelArray:
+    """Return what OpenCV made of bytes as what it is."""
+    return np.asarray(picture, dtype=np.uint8)
+
+
+def _opacity(picture: PixelArray, light: MatteArray | PixelArray) -> MatteArray:
+    """Return 1 - picture / light, float32."""
+    return np.asarray(1.0 - picture / np.maximum(light, 1, dtype=np.float32), dtype=np.float32)
+
+
+def _threshold(opacity: MatteArray) -> float:
+    """Return half the opacity of what clearly stands out of the noise."""
+    sample = opacity[::5, ::5]
+    middle = float(np.median(sample))
+    noise = 1.4826 * float(np.median(np.abs(sample - middle)))
+    floor = max(_LEAST_OPACITY, middle + 6.0 * noise)
+    strong = sample[sample > floor]
+    if strong.size < 8:
+        return floor
+    return max(floor, 0.5 * float(np.percentile(strong, 75)))
+
+
+def _light(small: PixelArray, closed: PixelArray, dark: PixelArray, reach: int) -> MatteArray:
+    """Return the back-light: a local mean of the picture that leaves out the catheter and opaque parts.
+
+    The closing alone is flat behind the catheter and rides on the noise; a mean of what lies beside it is neither.
+    """
+    hidden = cv2.dilate(dark, np.ones((5, 5), np.uint8))
+    weight = (1 - hidden).astype(np.float32)
+    size = (2 * reach + 1, 2 * reach + 1)
+    total = cv2.blur(weight, size, borderType=cv2.BORDER_REFLECT_101)
+    mean = cv2.blur(small * weight, size, borderType=cv2.BORDER_REFLECT_101)
+    # too few bright pixels near by (inside the inlet block): the closing is all there is
+    return np.where(total > 0.1, mean / np.maximum(total, 1e-3), closed.astype(np.float32)).astype(np.float32)

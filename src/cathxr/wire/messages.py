@@ -1,0 +1,261 @@
+"""Every message on the link, defined once. The TypeScript types and docs/wire.md are generated from here.
+
+Arrays are in the units their names say, in the frame the field's description says. Angles on the wire are radians.
+"""
+
+from enum import IntEnum
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+PROTOCOL = 1
+"""The protocol's version. A client that asks for another is refused with a sentence."""
+
+ACK_WINDOW = 12
+"""Tracks in flight, at most, to a client that acknowledges; newer ones then replace the one that waits."""
+
+
+class CloseCode(IntEnum):
+    """Why the server closed a link."""
+
+    GOING_AWAY = 1001
+    """The server stops: try again later."""
+    TOO_BIG = 1009
+    """A message was larger than the server takes."""
+    NO_ANSWER = 1011
+    """The client did not answer the heartbeat in time: connect again."""
+    PROTOCOL = 4400
+    """Another protocol version: reload the page, or update the client. Do not try again."""
+    MISUSE = 4408
+    """Too many messages that could not be understood, or far too many messages."""
+    BUSY = 4429
+    """The server has as many clients as it takes: try again later."""
+
+
+Vector2 = tuple[float, float]
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class Message(BaseModel):
+    """Common to all: unknown keys are refused, values are fixed once made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+# --- server to client -------------------------------------------------------------------------------------------------
+
+
+class Hello(Message):
+    """First message on every link."""
+
+    type: Literal["hello"] = "hello"
+    protocol: int = Field(description="Protocol version of the server.")
+    software: str = Field(description="Name and version of the server.")
+    frames: dict[str, str] = Field(description="Each frame's axes and origin, in words.")
+    units: dict[str, str] = Field(description="Unit of each kind of quantity.")
+    role: Literal["viewer", "operator"] = Field(description="What this client may do now: an operator may command.")
+    source: str = Field(description="What feeds the tracker: twin, cameras, or replay.")
+    needs_pairing: bool = Field(description="Whether a pairing code turns this viewer into an operator.")
+
+
+class TipState(Message):
+    """The tip's pose in `box`."""
+
+    position: Vector3 = Field(description="mm, box")
+    orientation_wxyz: Quaternion = Field(description="box_from_tip as a unit quaternion")
+
+
+class TrackMessage(Message):
+    """The catheter at one instant. When lost, points, tip, roll, yaw, pitch and sigma_mm are null."""
+
+    type: Literal["track"] = "track"
+    seq: int = Field(description="0-based index of the picture pair.")
+    t: float = Field(description="Mid-exposure of the top picture, seconds of the host's monotonic clock.")
+    status: Literal["tracked", "coasting", "lost"]
+    reason: str = Field(description="Why it is not tracked; empty when tracked.")
+    points: list[Vector3] | None = Field(description="K points, mm, box, tip first, uniform in arc length.")
+    tip: TipState | None
+    roll: float | None = Field(description="Unwrapped roll, rad; null without a valid encoder.")
+    yaw: float | None = Field(description="atan2(dy, dx) of the tip's tangent in box, rad.")
+    pitch: float | None = Field(description="asin(dz) of the tip's tangent in box, rad.")
+    sigma_mm: float | None = Field(description="Root of the trace of the tip's covariance, calibration included.")
+    latency_ms: float | None = Field(description="Mid-exposure to Track, ms; null in a replay.")
+
+
+class EventMessage(Message):
+    """Something that happened.
+
+    Kind `done` goes only to the client whose command was carried out: its payload is `{id, name, result}`; the result
+    of `pair` is `{role: "operator"}`.
+    """
+
+    type: Literal["event"] = "event"
+    t: float = Field(description="Seconds of the host's monotonic clock.")
+    kind: str
+    payload: dict[str, Any] = Field(default_factory=dict)
+
+
+class SourceHealth(Message):
+    """One source's state."""
+
+    source: str
+    running: bool
+    age_s: float | None = Field(description="Since its last item; null before the first.")
+    rate_hz: float
+    losses: int = Field(description="Items dropped or skipped so far.")
+    last_error: str | None
+
+
+class HealthMessage(Message):
+    """State of every source, about once a second."""
+
+    type: Literal["health"] = "health"
+    t: float
+    sources: list[SourceHealth]
+    skew_ms: float | None = Field(description="Front picture's instant minus the top's, latest pair.")
+    clients: int = Field(description="Clients connected.")
+    skipped: int = Field(description="Messages this client did not get because newer ones had come.")
+
+
+class SessionMessage(Message):
+    """State of the recording and of the source."""
+
+    type: Literal["session"] = "session"
+    recording: bool
+    name: str | None = Field(description="Folder name of the recording in progress.")
+    seconds: float = Field(description="Length of the recording so far.")
+
+
+class Pong(Message):
+    """Answer to a ping: lets a client estimate the host's clock."""
+
+    type: Literal["pong"] = "pong"
+    client_t: float = Field(description="The ping's own t, echoed.")
+    t: float = Field(description="Seconds of the host's monotonic clock at the answer.")
+
+
+class Refusal(Message):
+    """Why something was refused, in a sentence for a person."""
+
+    type: Literal["refusal"] = "refusal"
+    code: Literal["protocol", "message", "role", "pairing", "command", "busy"]
+    sentence: str
+    id: str | None = Field(default=None, description="The refused command's id, if it had one.")
+
+
+# --- client to server -------------------------------------------------------------------------------------------------
+
+
+class Command(Message):
+    """Asks for something; only operators may, except `pair`. Answered by an event `done` or a refusal, with its id."""
+
+    type: Literal["command"] = "command"
+    name: str = Field(max_length=64, description="pair, steer, manoeuvre, reset_tracker, record_start, record_stop, …")
+    args: dict[str, Any] = Field(default_factory=dict)
+    id: str | None = Field(default=None, max_length=64)
+
+
+class Ping(Message):
+    """Heartbeat and clock probe."""
+
+    type: Literal["ping"] = "ping"
+    t: float = Field(description="The client's own clock, echoed in the pong.")
+
+
+class Ack(Message):
+    """Says that a track was handled: narrows the window of messages in flight."""
+
+    type: Literal["ack"] = "ack"
+    seq: int
+
+
+ServerMessage = Annotated[
+    Hello | TrackMessage | EventMessage | HealthMessage | SessionMessage | Pong | Refusal, Field(discriminator="type")
+]
+ClientMessage = Annotated[Command | Ping | Ack, Field(discriminator="type")]
+
+
+# --- GET /scene/scene.json --------------------------------------------------------------------------------------------
+
+
+class PoseDescription(Message):
+    """A rigid transform."""
+
+    rotation_wxyz: Quaternion
+    translation_mm: Vector3
+
+
+class CameraDescription(Message):
+    """One camera of the rig: OpenCV pinhole, distortion k1 k2 p1 p2 k3."""
+
+    name: str
+    size_px: tuple[int, int]
+    rate_hz: float
+    focal_px: Vector2
+    centre_px: Vector2
+    distortion: tuple[float, float, float, float, float]
+    camera_from_box: PoseDescription
+
+
+class PartDescription(Message):
+    """One named surface in heart.glb."""
+
+    name: str
+    label: str
+    node: str
+    colour: str
+
+
+class RegistrationDescription(Message):
+    """Where the heart is. ct_from_box; the error fields are null when unknown."""
+
+    kind: str
+    ct_from_box: PoseDescription
+    scale: float
+    fre_mm: float | None
+    tre_mm: float | None
+
+
+class HeartDescription(Message):
+    """The heart: its files, parts, and attribution. glTF: metres, y up, (x, z, -y) / 1000 of ct."""
+
+    glb: str
+    parts: list[PartDescription]
+    attribution: str
+    registration: RegistrationDescription
+
+
+class TargetDescription(Message):
+    """A place to reach."""
+
+    name: str
+    position_mm: Vector3
+    radius_mm: float
+
+
+class TwinDescription(Message):
+    """What the twin lets an operator steer: (min, max) of each control, and the scripted manoeuvres."""
+
+    insertion_mm: Vector2
+    roll_deg: Vector2
+    anterior_deg: Vector2
+    left_deg: Vector2
+    manoeuvres: list[str]
+
+
+class SceneDescription(Message):
+    """Everything that does not change while the server runs."""
+
+    protocol: int
+    source: str
+    frames: dict[str, str]
+    roi_min_mm: Vector3
+    roi_max_mm: Vector3
+    catheter_name: str
+    catheter_diameter_mm: float
+    sector_deg: float | None
+    cameras: list[CameraDescription]
+    heart: HeartDescription | None
+    targets: list[TargetDescription]
+    twin: TwinDescription | None

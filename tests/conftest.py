@@ -1,0 +1,51 @@
+"""Fixtures and settings that every test may use."""
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+
+ROOT = Path(__file__).resolve().parent.parent
+UNDER_CI = os.environ.get("CI", "").lower() in ("1", "true", "yes")
+
+# Examples may be slow on a loaded machine without anything being wrong: no deadline, no judgement by time.
+settings.register_profile("local", deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("ci", settings.get_profile("local"), derandomize=True, database=None, print_blob=True)
+settings.load_profile("ci" if UNDER_CI else "local")
+
+# Programs that go by several names.
+_NAMES = {"chromium": ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")}
+
+
+@pytest.fixture(scope="session")
+def repo_root() -> Path:
+    """The root of this repository."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def require_tool() -> Callable[[str], Path]:
+    """A function that gives the path of a program, or skips the test (fails it under CI=true) where it is absent."""
+
+    def find(name: str) -> Path:
+        for each in _NAMES.get(name, (name,)):
+            if path := shutil.which(each):
+                return Path(path)
+        sentence = f"{name} is not on PATH, and this test needs it (`make test` as root on Debian installs it)"
+        if UNDER_CI:
+            pytest.fail(sentence, pytrace=False)
+        pytest.skip(sentence)
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of real data, `$CATHXR_DATA` or ../shared/data; skips the test where there is none."""
+    folder = Path(os.environ.get("CATHXR_DATA") or ROOT.parent / "shared" / "data")
+    if not folder.is_dir():
+        pytest.skip(f"the real data is not at {folder}; set CATHXR_DATA to where it is")
+    return folder

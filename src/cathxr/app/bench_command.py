@@ -67,7 +67,7 @@ def _heading(what: str, pairs: int, seconds: float) -> str:
         f"# Benchmarks\n\nMade by `cathxr bench {what} --pairs {pairs} --seconds {seconds:g}`, cathxr {__version__}, "
         f"Python {platform.python_version()}, {platform.system()}, {_processor()}, {os.cpu_count()} cores. All "
         "pictures are **synthetic** (the digital twin, 2 x 1280x720, 9F catheter, cameras off-nominal, true "
-        "rig). Machines differ and shared ones are noisy: trust the ratios, measured in one run, before the milliseconds."
+        "rig). Machines differ and shared ones are noisy: trust the ratios, measured in one run, before milliseconds."
     )
 
 
@@ -158,7 +158,7 @@ def _live(seconds: float, progress: Callable[[], None]) -> str:
     return (
         "## Live\n\n`cathxr run` on the twin in one process (rendering, tracking and serving), WebSocket clients in "
         "another, on the same machine. Latency: mid-exposure of the top picture to the message in a client's hands. "
-        "CPU: of the whole `cathxr run` process, 100 % being one core; the difference between rows is what serving costs."
+        "CPU: of the whole `cathxr run` process, 100 % being one core; what differs between rows is the cost of serving."
         f"\n\n{table}"
     )
 

@@ -12,6 +12,7 @@ from cathxr.app.run_command import prepare, stop_signal
 from cathxr.core import ConfigError, DataError
 
 _POLL_S = 0.1
+_WRITE_S = 120.0
 
 
 @click.command("record")
@@ -73,5 +74,8 @@ def record(
             if failures:
                 raise DataError(failures[0])
             summary = system.handle("record_stop", {})
+            # lossless video may lag behind the cameras: nothing is dropped that was taken
+            if not system.wait_written(_WRITE_S):
+                raise DataError(f"{out} could not be written to its end within {_WRITE_S:.0f} s; what is there can be read.")
     lost = summary["lost_pairs"] + summary["lost_items"] + summary["lost_pictures"]
     click.echo(f"{summary['pairs']} pairs in {summary['seconds']:.1f} s, {lost} items lost. Session: {out}")

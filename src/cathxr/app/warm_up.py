@@ -1,16 +1,23 @@
 """Compiles the hot loops before the first real picture: once for an installation, from the cache on disk later."""
 
+from dataclasses import replace
+
 from cathxr.core import Image, Rig
 from cathxr.core.signals import Observation
 from cathxr.tracking import make_tracker
 from cathxr.twin import CameraRenderer, TwinWorld, scene
 from cathxr.vision import make_detector
 
+_WIDTH_PX = 320
 _INSTANTS_NS = (1_000_000_000, 1_040_000_000)
 
 
 def warm_up(rig: Rig, *, method: str) -> None:
-    """Render two picture pairs of this rig on the twin and track them, so that everything is compiled and loaded."""
+    """Render two small picture pairs on the twin and track them, so that everything is compiled and loaded.
+
+    Small, because memory that was used once stays with the process.
+    """
+    rig = _reduced(rig)
     world = TwinWorld(rig, settings=scene("smooth"))
     renderers = {name: CameraRenderer(world, name) for name in ("top", "front")}
     detectors = {name: make_detector(method, rig, name) for name in renderers}
@@ -19,3 +26,18 @@ def warm_up(rig: Rig, *, method: str) -> None:
         pictures = {name: Image(name, seq, t_ns, renderer.picture(t_ns)) for name, renderer in renderers.items()}
         found = tuple(detectors[name].detect(pictures[name]) for name in renderers)
         tracker.update(Observation(seq, t_ns, found))
+
+
+def _reduced(rig: Rig) -> Rig:
+    """Return the rig with pictures of about 320 pixels' width, seeing the same."""
+    cameras = {}
+    for name, camera in rig.cameras.items():
+        shrink = max(1.0, camera.size_px[0] / _WIDTH_PX)
+        intrinsics = replace(
+            camera.intrinsics,
+            focal_px=camera.intrinsics.focal_px / shrink,
+            centre_px=camera.intrinsics.centre_px / shrink,
+        )
+        size = (max(16, round(camera.size_px[0] / shrink)), max(16, round(camera.size_px[1] / shrink)))
+        cameras[name] = replace(camera, intrinsics=intrinsics, size_px=size)
+    return replace(rig, cameras=cameras)

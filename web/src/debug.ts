@@ -1,0 +1,41 @@
+/** What tests and curious people can ask the page: `window.__cathxr`. */
+
+export interface DebugHandle {
+  /** Frames drawn so far. */
+  readonly frames: number;
+  /** The drawn Track's number and where the tip is drawn, mm in `box`; null while no catheter is drawn. */
+  drawn(): { seq: number; tip: [number, number, number] } | null;
+  /** What the status at the top says. */
+  readonly status: string;
+  readonly link: string;
+  /** Links opened so far. */
+  readonly connections: number;
+  /** Number of the newest Track; -1 before the first. */
+  readonly lastSeq: number;
+  /** Errors on the console, uncaught ones included. */
+  readonly consoleErrors: number;
+  readonly pixelRatio: number;
+  readonly heartParts: number;
+  readonly role: string;
+  /** Each camera panel's shown pair, and whether the curve of that pair is drawn over it. */
+  pictures(): { camera: string; seq: number; overlaid: boolean }[];
+}
+
+declare global {
+  interface Window {
+    __cathxr?: DebugHandle;
+  }
+}
+
+/** Returns a counter of everything that goes to the console as an error, and of every uncaught error. */
+export function countErrors(): { readonly count: number } {
+  const counter = { count: 0 };
+  const original = console.error;
+  console.error = (...args: unknown[]): void => {
+    counter.count += 1;
+    original.apply(console, args);
+  };
+  addEventListener("error", () => (counter.count += 1));
+  addEventListener("unhandledrejection", () => (counter.count += 1));
+  return counter;
+}

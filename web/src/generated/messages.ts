@@ -1,0 +1,252 @@
+// Generated from src/cathxr/wire/messages.py by `python -m cathxr.wire.generate`. Do not edit.
+
+/** The protocol version that these types describe. */
+export const PROTOCOL = 1;
+
+/** Tracks in flight, at most, to a client that acknowledges. */
+export const ACK_WINDOW = 12;
+
+/** Why the server closed a link. */
+export const CLOSE_CODE = {
+  GOING_AWAY: 1001,
+  TOO_BIG: 1009,
+  NO_ANSWER: 1011,
+  PROTOCOL: 4400,
+  MISUSE: 4408,
+  BUSY: 4429,
+} as const;
+
+export type Vector2 = [number, number];
+export type Vector3 = [number, number, number];
+export type Quaternion = [number, number, number, number];
+
+/** First message on every link. */
+export interface Hello {
+  type: "hello";
+  /** Protocol version of the server. */
+  protocol: number;
+  /** Name and version of the server. */
+  software: string;
+  /** Each frame's axes and origin, in words. */
+  frames: Record<string, string>;
+  /** Unit of each kind of quantity. */
+  units: Record<string, string>;
+  /** What this client may do now: an operator may command. */
+  role: "viewer" | "operator";
+  /** What feeds the tracker: twin, cameras, or replay. */
+  source: string;
+  /** Whether a pairing code turns this viewer into an operator. */
+  needs_pairing: boolean;
+}
+
+/** The tip's pose in `box`. */
+export interface TipState {
+  /** mm, box */
+  position: Vector3;
+  /** box_from_tip as a unit quaternion */
+  orientation_wxyz: Quaternion;
+}
+
+/** The catheter at one instant. When lost, points, tip, roll, yaw, pitch and sigma_mm are null. */
+export interface TrackMessage {
+  type: "track";
+  /** 0-based index of the picture pair. */
+  seq: number;
+  /** Mid-exposure of the top picture, seconds of the host's monotonic clock. */
+  t: number;
+  status: "tracked" | "coasting" | "lost";
+  /** Why it is not tracked; empty when tracked. */
+  reason: string;
+  /** K points, mm, box, tip first, uniform in arc length. */
+  points: Vector3[] | null;
+  tip: TipState | null;
+  /** Unwrapped roll, rad; null without a valid encoder. */
+  roll: number | null;
+  /** atan2(dy, dx) of the tip's tangent in box, rad. */
+  yaw: number | null;
+  /** asin(dz) of the tip's tangent in box, rad. */
+  pitch: number | null;
+  /** Root of the trace of the tip's covariance, calibration included. */
+  sigma_mm: number | null;
+  /** Mid-exposure to Track, ms; null in a replay. */
+  latency_ms: number | null;
+}
+
+/**
+ * Something that happened.
+ *
+ * Kind `done` goes only to the client whose command was carried out: its payload is `{id, name, result}`; the result
+ * of `pair` is `{role: "operator"}`.
+ */
+export interface EventMessage {
+  type: "event";
+  /** Seconds of the host's monotonic clock. */
+  t: number;
+  kind: string;
+  payload: Record<string, unknown>;
+}
+
+/** One source's state. */
+export interface SourceHealth {
+  source: string;
+  running: boolean;
+  /** Since its last item; null before the first. */
+  age_s: number | null;
+  rate_hz: number;
+  /** Items dropped or skipped so far. */
+  losses: number;
+  last_error: string | null;
+}
+
+/** State of every source, about once a second. */
+export interface HealthMessage {
+  type: "health";
+  t: number;
+  sources: SourceHealth[];
+  /** Front picture's instant minus the top's, latest pair. */
+  skew_ms: number | null;
+  /** Clients connected. */
+  clients: number;
+  /** Messages this client did not get because newer ones had come. */
+  skipped: number;
+}
+
+/** State of the recording and of the source. */
+export interface SessionMessage {
+  type: "session";
+  recording: boolean;
+  /** Folder name of the recording in progress. */
+  name: string | null;
+  /** Length of the recording so far. */
+  seconds: number;
+}
+
+/** Answer to a ping: lets a client estimate the host's clock. */
+export interface Pong {
+  type: "pong";
+  /** The ping's own t, echoed. */
+  client_t: number;
+  /** Seconds of the host's monotonic clock at the answer. */
+  t: number;
+}
+
+/** Why something was refused, in a sentence for a person. */
+export interface Refusal {
+  type: "refusal";
+  code: "protocol" | "message" | "role" | "pairing" | "command" | "busy";
+  sentence: string;
+  /** The refused command's id, if it had one. */
+  id: string | null;
+}
+
+/** Asks for something; only operators may, except `pair`. Answered by an event `done` or a refusal, with its id. */
+export interface Command {
+  type: "command";
+  /** pair, steer, manoeuvre, reset_tracker, record_start, record_stop, … */
+  name: string;
+  args?: Record<string, unknown>;
+  id?: string | null;
+}
+
+/** Heartbeat and clock probe. */
+export interface Ping {
+  type: "ping";
+  /** The client's own clock, echoed in the pong. */
+  t: number;
+}
+
+/** Says that a track was handled: narrows the window of messages in flight. */
+export interface Ack {
+  type: "ack";
+  seq: number;
+}
+
+/** A rigid transform. */
+export interface PoseDescription {
+  rotation_wxyz: Quaternion;
+  translation_mm: Vector3;
+}
+
+/** One camera of the rig: OpenCV pinhole, distortion k1 k2 p1 p2 k3. */
+export interface CameraDescription {
+  name: string;
+  size_px: [number, number];
+  rate_hz: number;
+  focal_px: Vector2;
+  centre_px: Vector2;
+  distortion: [number, number, number, number, number];
+  camera_from_box: PoseDescription;
+}
+
+/** One named surface in heart.glb. */
+export interface PartDescription {
+  name: string;
+  label: string;
+  node: string;
+  colour: string;
+}
+
+/** Where the heart is. ct_from_box; the error fields are null when unknown. */
+export interface RegistrationDescription {
+  kind: string;
+  ct_from_box: PoseDescription;
+  scale: number;
+  fre_mm: number | null;
+  tre_mm: number | null;
+}
+
+/** The heart: its files, parts, and attribution. glTF: metres, y up, (x, z, -y) / 1000 of ct. */
+export interface HeartDescription {
+  glb: string;
+  parts: PartDescription[];
+  attribution: string;
+  registration: RegistrationDescription;
+}
+
+/** A place to reach. */
+export interface TargetDescription {
+  name: string;
+  position_mm: Vector3;
+  radius_mm: number;
+}
+
+/** What the twin lets an operator steer: (min, max) of each control, and the scripted manoeuvres. */
+export interface TwinDescription {
+  insertion_mm: Vector2;
+  roll_deg: Vector2;
+  anterior_deg: Vector2;
+  left_deg: Vector2;
+  manoeuvres: string[];
+}
+
+/** Everything that does not change while the server runs. */
+export interface SceneDescription {
+  protocol: number;
+  source: string;
+  frames: Record<string, string>;
+  roi_min_mm: Vector3;
+  roi_max_mm: Vector3;
+  catheter_name: string;
+  catheter_diameter_mm: number;
+  sector_deg: number | null;
+  cameras: CameraDescription[];
+  heart: HeartDescription | null;
+  targets: TargetDescription[];
+  twin: TwinDescription | null;
+}
+
+/** What the server sends. */
+export type ServerMessage =
+  | Hello
+  | TrackMessage
+  | EventMessage
+  | HealthMessage
+  | SessionMessage
+  | Pong
+  | Refusal;
+
+/** What a client sends. */
+export type ClientMessage =
+  | Command
+  | Ping
+  | Ack;

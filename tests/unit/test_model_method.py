@@ -136,7 +136,9 @@ def test_catheter_out_of_one_view_is_lost(rig: Rig, pair: tuple[Image, Image, Tr
     top, front, _ = pair
     cut = front.pixels.copy()
     column = int(np.median(np.flatnonzero(np.abs(cut[:, :, 1].astype(int) - 128).max(axis=0) > 0)))
-    cut = cv2.warpAffine(cut, np.float32([[1, 0, column - 30], [0, 1, 0]]), (1280, 720), borderMode=cv2.BORDER_REPLICATE)
+    cut = cv2.warpAffine(
+        cut, np.float32([[1, 0, column - 30], [0, 1, 0]]), (1280, 720), borderMode=cv2.BORDER_REPLICATE
+    )
     track = tracked(rig, top, with_pixels(front, np.asarray(cut, dtype=np.uint8)))
     assert track.status is Status.LOST
     assert track.reason

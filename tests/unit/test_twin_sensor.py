@@ -36,9 +36,10 @@ def test_noise_never_repeats_and_is_the_same_for_the_same_instant() -> None:
     camera = renderer(TwinSettings(manoeuvre="still"))
     first, second = camera.picture(NS), camera.picture(NS + NS // 30)
     assert (first != second).mean() > 0.5
-    flat = [picture[:300].astype(np.float64) - camera.empty_picture()[:300] for picture in (first, second)]
-    # Independent noise in 1.1 million samples: a correlation of 1e-3 is one standard deviation.
-    assert abs(np.corrcoef(flat[0].ravel(), flat[1].ravel())[0, 1]) < 0.01 + 0.3
+    # Above the catheter, in 380 thousand samples: one standard deviation of the correlation is 0.002. The rounding of
+    # the empty picture, in both alike, has a variance of 1/12 beside a noise of 5: 0.017.
+    flat = [picture[:100].astype(np.float64) - camera.empty_picture()[:100] for picture in (first, second)]
+    assert abs(np.corrcoef(flat[0].ravel(), flat[1].ravel())[0, 1]) < 0.017 + 0.01
     assert np.array_equal(camera.picture(NS), first)
     assert np.array_equal(renderer(TwinSettings(manoeuvre="still")).picture(NS), first)
     assert not np.array_equal(renderer(TwinSettings(manoeuvre="still"), seed=5).picture(NS), first)

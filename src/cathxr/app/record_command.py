@@ -76,6 +76,6 @@ def record(
             summary = system.handle("record_stop", {})
             # lossless video may lag behind the cameras: nothing is dropped that was taken
             if not system.wait_written(_WRITE_S):
-                raise DataError(f"{out} could not be written to its end within {_WRITE_S:.0f} s; what is there can be read.")
+                raise DataError(f"{out} was not written to its end within {_WRITE_S:.0f} s; what is there can be read.")
     lost = summary["lost_pairs"] + summary["lost_items"] + summary["lost_pictures"]
     click.echo(f"{summary['pairs']} pairs in {summary['seconds']:.1f} s, {lost} items lost. Session: {out}")

@@ -26,6 +26,10 @@ class Provenance:
     date: str | None = None
     method: str | None = None
 
+    def __post_init__(self) -> None:
+        if self.covariance is not None:
+            object.__setattr__(self, "covariance", checked("covariance", self.covariance, (6, 6)))
+
 
 @dataclass(frozen=True, eq=False)
 class Intrinsics:
@@ -144,8 +148,10 @@ class Roll:
         unit = direction if abs(length - 1.0) <= UNIT_ROUNDING else direction / length
         unit.setflags(write=False)
         object.__setattr__(self, "zero_direction", unit)
-        if self.counts_per_turn <= 0 or self.gear_ratio <= 0:
+        if not (0 < self.counts_per_turn < np.inf and 0 < self.gear_ratio < np.inf):
             raise ValueError("roll: expected positive counts_per_turn and gear_ratio")
+        if not np.isfinite(self.zero_count):
+            raise ValueError(f"zero_count: expected a finite number, got {self.zero_count}")
         if self.direction not in (1, -1):
             raise ValueError(f"direction: expected 1 or -1, got {self.direction}")
 

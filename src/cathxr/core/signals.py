@@ -90,8 +90,13 @@ class Detection:
             raise ValueError(f"Detection: expected {count} normals, sigmas and half widths, one for each point")
         if self.tip_px is not None:
             object.__setattr__(self, "tip_px", checked("tip_px", self.tip_px, (2,)))
+        if self.tip_sigma_px is not None and not (np.isfinite(self.tip_sigma_px) and self.tip_sigma_px >= 0):
+            raise ValueError(f"tip_sigma_px: expected a finite number of at least 0, got {self.tip_sigma_px}")
+        if (self.sigma_px < 0).any() or (self.half_width_px < 0).any():
+            raise ValueError("Detection: expected sigmas and half widths of at least 0")
         found = self.reason is None
-        if found != (self.tip_px is not None) or found != (self.tip_sigma_px is not None) or found != (count >= 2):
+        given = (self.tip_px is not None, self.tip_sigma_px is not None, count > 0)
+        if any(each != found for each in given) or count == 1:
             raise ValueError("Detection: expected either a curve with its tip, or a reason why there is none")
 
     @property
@@ -113,6 +118,10 @@ class Observation:
     detections: tuple[Detection, ...]
     skew_ns: int = 0
     roll_rad: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.roll_rad is not None and not np.isfinite(self.roll_rad):
+            raise ValueError(f"roll_rad: expected a finite number or None, got {self.roll_rad}")
 
     def detection(self, camera: str) -> Detection | None:
         """Return the named camera's detection, None where it gave none."""

@@ -54,6 +54,8 @@ class Track:
             if len(shape) < 2:
                 raise ValueError(f"shape_box: expected at least 2 points, got {len(shape)}")
             object.__setattr__(self, "shape_box", shape)
+        if self.roll_rad is not None and not np.isfinite(self.roll_rad):
+            raise ValueError(f"roll_rad: expected a finite number or None, got {self.roll_rad}")
         if self.sigma_mm is not None and not (np.isfinite(self.sigma_mm) and self.sigma_mm >= 0):
             raise ValueError(f"sigma_mm: expected a finite number of at least 0, got {self.sigma_mm}")
 

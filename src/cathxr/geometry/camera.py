@@ -51,10 +51,17 @@ class CameraModel:
         return self.pixels_from_normalised(points[..., :2] / points[..., 2:])
 
     def project_with_jacobian(self, points_box: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return raw pixels (N, 2) and their derivative (N, 2, 3), px per mm, for points (N, 3) in `box`."""
+        """Return raw pixels (N, 2) and their derivative (N, 2, 3), px per mm, for points (N, 3) in `box`.
+
+        Raises:
+            ValueError: another shape, or a point lies behind the camera.
+        """
         intrinsics = self.intrinsics
+        points = np.ascontiguousarray(points_box, dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3:  # compiled code checks no bounds
+            raise ValueError(f"points_box: expected shape (N, 3), got {points.shape}")
         pixels, jacobian, nearest = camera_kernels.project_with_jacobian(
-            np.ascontiguousarray(points_box, dtype=np.float64),
+            points,
             self._rotation,
             self.camera_from_box.translation_mm,
             intrinsics.focal_px,

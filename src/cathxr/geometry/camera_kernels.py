@@ -5,6 +5,9 @@ from numba import njit
 
 from cathxr.core import FloatArray
 
+_FOLD_SAMPLES = 64
+"""The slope of the radial model is a cubic in r^2: what it does between this many samples is immaterial."""
+
 
 @njit(cache=True, nogil=True)
 def project_with_jacobian(
@@ -54,11 +57,13 @@ def project_with_jacobian(
 def undistort(distorted: FloatArray, coefficients: FloatArray) -> tuple[FloatArray, bool]:
     """Return ideal normalised coordinates (N, 2) of distorted ones, and whether all could be undone.
 
-    Damped Newton from the distorted point itself, in steps of at most 0.2: it stays on the near side of the fold.
+    Damped Newton from the distorted point itself, in steps of at most 0.2. What it finds beyond the fold (another sheet
+    of the model, where the picture is turned over or seen twice) counts as not undone.
     """
     k1, k2, p1, p2, k3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4]
     ideal = distorted.copy()
     good = True
+    furthest = 0.0
     for i in range(len(distorted)):
         x, y = distorted[i, 0], distorted[i, 1]
         error = 1.0
@@ -85,4 +90,17 @@ def undistort(distorted: FloatArray, coefficients: FloatArray) -> tuple[FloatArr
             good = False
         ideal[i, 0] = x
         ideal[i, 1] = y
-    return ideal, good
+        furthest = max(furthest, x * x + y * y)
+    return ideal, good and not _folds_within(coefficients, furthest)
+
+
+@njit(cache=True, nogil=True)
+def _folds_within(coefficients: FloatArray, furthest: float) -> bool:
+    """Return whether the radial model turns back before r^2 = `furthest`, by more than tangential terms can make up."""
+    k1, k2, p1, p2, k3 = coefficients[0], coefficients[1], coefficients[2], coefficients[3], coefficients[4]
+    for i in range(1, _FOLD_SAMPLES + 1):
+        r2 = furthest * i / _FOLD_SAMPLES
+        slope = 1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * 7.0 * k3))
+        if slope < -6.0 * (abs(p1) + abs(p2)) * r2**0.5:
+            return True
+    return False

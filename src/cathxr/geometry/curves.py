@@ -34,7 +34,7 @@ def tangents(points: FloatArray) -> FloatArray:
     """Return unit tangents (N, D) along a polyline (N, D), in the order of the points, second order in the spacing.
 
     Raises:
-        ValueError: fewer than two points, or two neighbours that coincide.
+        ValueError: fewer than two points, two neighbours that coincide, or a curve that turns back on itself.
     """
     if len(points) < 2:
         raise ValueError(f"points: expected at least 2, got {len(points)}")
@@ -42,7 +42,10 @@ def tangents(points: FloatArray) -> FloatArray:
     if (np.diff(along) <= 0).any():
         raise ValueError("points: expected distinct neighbours")
     slope = _slopes(points, along) if len(points) > 2 else np.repeat(np.diff(points, axis=0), 2, axis=0)
-    return np.asarray(slope / np.linalg.norm(slope, axis=1, keepdims=True), dtype=np.float64)
+    length = np.linalg.norm(slope, axis=1, keepdims=True)
+    if not (length > 0).all():
+        raise ValueError("points: expected a curve that does not turn back on itself")
+    return np.asarray(slope / length, dtype=np.float64)
 
 
 def _slopes(points: FloatArray, along: FloatArray) -> FloatArray:

@@ -44,14 +44,17 @@ def triangulate(
     sigma_px: standard deviation of each pixel coordinate, one number or (V, N).
 
     Raises:
-        ValueError: fewer than two cameras, parallel rays, or shapes that do not fit.
+        ValueError: fewer than two cameras, parallel rays, shapes that do not fit, or a sigma that is not positive.
     """
     measured = np.asarray(pixels, dtype=np.float64)
     if len(cameras) < 2 or measured.ndim != 3 or measured.shape[0] != len(cameras) or measured.shape[2] != 2:
         raise ValueError(
             f"pixels: expected shape ({max(2, len(cameras))}, N, 2) for at least two cameras, got {measured.shape}"
         )
-    weight = 1.0 / np.square(np.broadcast_to(np.asarray(sigma_px, dtype=np.float64), measured.shape[:2]))
+    sigma = np.asarray(sigma_px, dtype=np.float64)
+    if sigma.ndim not in (0, 2) or not (sigma > 0).all():
+        raise ValueError(f"sigma_px: expected positive numbers, one or (V, N), got shape {sigma.shape}")
+    weight = 1.0 / np.square(np.broadcast_to(sigma, measured.shape[:2]))
     origins = np.stack([camera.centre_box for camera in cameras])
     directions = np.stack([camera.ray(each) for camera, each in zip(cameras, measured, strict=True)])
     points = nearest_to_rays(origins, directions)

@@ -31,9 +31,24 @@ def ray_distances(
 
     origins (3,) mm, directions (N, 3) and (M, 3) unit, all in `box`.
     """
-    normals = np.cross(first[:, None, :], second[None, :, :])
-    lengths = np.linalg.norm(normals, axis=-1)
-    return np.asarray(np.abs(normals @ (second_origin - first_origin)) / np.maximum(lengths, 1e-9), dtype=np.float64)
+    apart = np.asarray(second_origin - first_origin, dtype=np.float64)
+    result = _skew_distances(apart, np.ascontiguousarray(first), np.ascontiguousarray(second))
+    return np.asarray(result, dtype=np.float64)
+
+
+@njit(cache=True, nogil=True)
+def _skew_distances(apart, first, second):  # type: ignore[no-untyped-def]
+    """Return |apart . (first x second)| / |first x second| for each two directions."""
+    result = np.empty((len(first), len(second)))
+    for i in range(len(first)):
+        ax, ay, az = first[i, 0], first[i, 1], first[i, 2]
+        for j in range(len(second)):
+            nx = ay * second[j, 2] - az * second[j, 1]
+            ny = az * second[j, 0] - ax * second[j, 2]
+            nz = ax * second[j, 1] - ay * second[j, 0]
+            length = max((nx * nx + ny * ny + nz * nz) ** 0.5, 1e-9)
+            result[i, j] = abs(nx * apart[0] + ny * apart[1] + nz * apart[2]) / length
+    return result
 
 
 def match(distance: FloatArray, sigma: float) -> Matching:

@@ -8,7 +8,7 @@ from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
 from cathxr.geometry import CameraModel, nearest_to_rays, resampled, tip_pose
 from cathxr.tracking.calibration_error import camera_errors, point_covariance
 from cathxr.tracking.continuity import Continuity, missing_reason
-from cathxr.tracking.fit import CurveFit, fit_curve
+from cathxr.tracking.fit import CurveFit, camera_table, fit_curve
 from cathxr.tracking.matching import match, ray_distances
 
 _DENSE = 240
@@ -37,6 +37,7 @@ class ModelTracker:
             raise ValueError(f"points: expected 2 to 200, got {points}")
         self._names = ("top", "front")
         self._cameras = [CameraModel.of(rig.cameras[name]) for name in self._names]
+        self._table = camera_table(self._cameras)
         errors = camera_errors(rig)
         self._errors = [errors[name] for name in self._names]
         self._radius = 0.5 * rig.catheter.diameter_mm
@@ -95,7 +96,7 @@ class ModelTracker:
             return "the two views disagree"
         start, fraction = _thinned(start)
         starts_at = [_parameters(pairs[:, view], fraction, len(each.curve_px)) for view, each in enumerate(detections)]
-        fit = fit_curve(self._cameras, detections, start, starts_at)
+        fit = fit_curve(self._table, detections, start, starts_at)
         width = 2.0 * min(float(np.median(each.half_width_px)) for each in detections)
         if (
             not np.isfinite(fit.control).all()
@@ -147,7 +148,7 @@ class ModelTracker:
         tangent = velocity / speed
         turn = -(self._radius / speed) * (np.eye(3) - np.outer(tangent, tangent))
         gain = np.kron(value, np.eye(3)) + np.kron(slope, turn)
-        pictures = gain @ fit.covariance @ gain.T * _CORRELATION**2
+        pictures = fit.covariance_of(gain) * _CORRELATION**2
         calibration = point_covariance(self._errors, value @ fit.control)
         return float(np.sqrt(np.trace(pictures) + np.trace(calibration)))
 

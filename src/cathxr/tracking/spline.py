@@ -1,4 +1,4 @@
-"""A clamped uniform cubic B-spline on [0, 1], as matrices. The basis is compiled; SciPy's is the reference."""
+"""A clamped uniform cubic B-spline on [0, 1]. The basis is compiled; SciPy's is the reference."""
 
 import numpy as np
 from numba import njit
@@ -29,7 +29,7 @@ class CubicBasis:
 
     def values_and_slopes(self, at: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return `values` and `slopes` for the price of one."""
-        values, slopes = _basis(self.knots, self.spans, np.asarray(at, dtype=np.float64))
+        values, slopes = _basis(self.spans, np.asarray(at, dtype=np.float64))
         return values, slopes
 
     def third_derivatives(self) -> FloatArray:
@@ -40,35 +40,46 @@ class CubicBasis:
 
 
 @njit(cache=True, nogil=True)
-def _basis(knots, spans, at):  # type: ignore[no-untyped-def]
-    """Return values and first derivatives (N, spans + 3) of the cubic basis, by the Cox-de Boor recursion."""
-    count = len(at)
-    values = np.zeros((count, spans + 3))
-    slopes = np.zeros((count, spans + 3))
+def cubic_pieces(spans, t):  # type: ignore[no-untyped-def]
+    """Return (first control point, 4 values, 4 slopes) of the basis functions alive at `t`: Cox-de Boor recursion."""
+    piece = min(max(int(t * spans), 0), spans - 1)
     left = np.empty(4)
     right = np.empty(4)
-    basis = np.empty(4)
-    lower = np.empty(4)
-    for i in range(count):
-        t = at[i]
-        piece = min(max(int(t * spans), 0), spans - 1)
-        span = piece + 3
-        basis[0] = 1.0
-        for degree in range(1, 4):
-            left[degree] = t - knots[span + 1 - degree]
-            right[degree] = knots[span + degree] - t
-            saved = 0.0
-            for r in range(degree):
-                share = basis[r] / (right[r + 1] + left[degree - r])
-                basis[r] = saved + right[r + 1] * share
-                saved = left[degree - r] * share
-            basis[degree] = saved
-            if degree == 2:
-                lower[:3] = basis[:3]
-        for r in range(4):
-            values[i, piece + r] = basis[r]
-        for r in range(3):
-            rise = 3.0 * lower[r] / (knots[piece + r + 4] - knots[piece + r + 1])
-            slopes[i, piece + r] -= rise
-            slopes[i, piece + r + 1] += rise
+    values = np.empty(4)
+    lower = np.empty(3)
+    slopes = np.zeros(4)
+    values[0] = 1.0
+    for degree in range(1, 4):
+        left[degree] = t - _knot(piece + 4 - degree, spans)
+        right[degree] = _knot(piece + 3 + degree, spans) - t
+        saved = 0.0
+        for r in range(degree):
+            share = values[r] / (right[r + 1] + left[degree - r])
+            values[r] = saved + right[r + 1] * share
+            saved = left[degree - r] * share
+        values[degree] = saved
+        if degree == 2:
+            lower[:] = values[:3]
+    for r in range(3):
+        rise = 3.0 * lower[r] / (_knot(piece + r + 4, spans) - _knot(piece + r + 1, spans))
+        slopes[r] -= rise
+        slopes[r + 1] += rise
+    return piece, values, slopes
+
+
+@njit(cache=True, nogil=True)
+def _knot(index, spans):  # type: ignore[no-untyped-def]
+    """Return a knot of the clamped uniform knot vector."""
+    return min(max((index - 3) / spans, 0.0), 1.0)
+
+
+@njit(cache=True, nogil=True)
+def _basis(spans, at):  # type: ignore[no-untyped-def]
+    """Return values and first derivatives (N, spans + 3) of the whole basis."""
+    values = np.zeros((len(at), spans + 3))
+    slopes = np.zeros((len(at), spans + 3))
+    for i in range(len(at)):
+        piece, some, rise = cubic_pieces(spans, at[i])
+        values[i, piece : piece + 4] = some
+        slopes[i, piece : piece + 4] = rise
     return values, slopes

@@ -36,6 +36,6 @@ def is_coloured(pixels: PixelArray) -> bool:
     """Return whether most of the picture has a colour, so that it is no back-light."""
     if pixels.ndim == 2:
         return False
-    small = np.ascontiguousarray(pixels[::8, ::8])
+    small = np.ascontiguousarray(pixels[::16, ::16])
     hsv = cv2.cvtColor(small, cv2.COLOR_BGR2HSV)
     return float(np.median(hsv[..., 1])) > _COLOURED_SATURATION

@@ -173,9 +173,12 @@ def matte_from(values: MatteArray, noise: float, faintest: float, *, plateau_px:
     around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     full = cv2.dilate(smooth, around)
     full = cv2.blur(full, (3, 3))
-    share = np.minimum(lifted / np.maximum(full, faintest), 1.0)
-    # Where two of its colours meet, their mixture may look like the background: close what is that narrow.
-    return np.asarray(cv2.morphologyEx(share, cv2.MORPH_CLOSE, around), dtype=np.float32)
+    share = np.asarray(np.minimum(lifted / np.maximum(full, faintest), 1.0), dtype=np.float32)
+    # Where two of the catheter's colours meet, their mixture may look like the background: close what is that narrow.
+    inside = (share > 0.5).astype(np.uint8)
+    gaps = cv2.subtract(cv2.morphologyEx(inside, cv2.MORPH_CLOSE, around), inside)
+    np.copyto(share, cv2.morphologyEx(share, cv2.MORPH_CLOSE, around), where=np.asarray(gaps, dtype=np.bool_))
+    return share
 
 
 def not_touching(mask: PixelArray, region: PixelArray) -> PixelArray:

@@ -53,7 +53,7 @@ class Segmenter(Protocol):
 
 def blank_reason(pixels: PixelArray) -> str | None:
     """Return why a picture shows nothing at all ("black picture", "white picture"), None when it shows something."""
-    sample = pixels[::6, ::6] if pixels.ndim == 2 else pixels[::6, ::6, 1]
+    sample = pixels[::10, ::10] if pixels.ndim == 2 else pixels[::10, ::10, 1]
     dark, bright = np.quantile(sample, (0.001, 0.99), method="nearest")
     if bright < BLACK_LEVEL:
         return "black picture"

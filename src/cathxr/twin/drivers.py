@@ -1,0 +1,225 @@
+"""The twin's cameras and encoder as drivers: what `cathxr.cameras` and `cathxr.encoders` find under the name "twin"."""
+
+import dataclasses
+import zlib
+from collections.abc import Mapping
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from cathxr.core import Clock, ConfigError, DeviceError, Image, Reading, Rig
+from cathxr.twin.placement import true_rig
+from cathxr.twin.render import CameraRenderer
+from cathxr.twin.scenes import scene
+from cathxr.twin.settings import TwinSettings
+from cathxr.twin.world import TwinWorld
+
+_USUAL_RATE_HZ = 30.0
+_NS = 1_000_000_000
+_KNOWN = ("world", "seed", "scene", "settings", "rate_hz", "off_nominal", "start_ns")
+
+
+class _Timed:
+    """Something that comes due at even instants of a clock; whoever comes late gets the newest and the rest is lost."""
+
+    def __init__(self, clock: Clock, *, origin_ns: int, rate_hz: float, ready_ns: int) -> None:
+        self.losses = 0
+        self._clock, self._origin_ns, self._rate_hz, self._ready_ns = clock, origin_ns, rate_hz, ready_ns
+        self._first: int | None = None
+        self._next = 0
+
+    def start(self) -> None:
+        """Begin with the first instant that is still to come."""
+        self._first = self._next = self._newest() + 1
+
+    def stop(self) -> None:
+        """Be closed."""
+        self._first = None
+
+    def due(self, deadline_ns: int) -> tuple[int, int] | None:
+        """Return seq and instant of what comes due next, waiting until the deadline; None when nothing does.
+
+        Raises:
+            DeviceError: it is not open.
+        """
+        if self._first is None:
+            raise DeviceError("The simulated device is read before it is opened: use it in a with statement.")
+        newest = self._newest()
+        if newest > self._next:
+            self.losses += newest - self._next
+            self._next = newest
+        ready_ns = self.instant_ns(self._next) + self._ready_ns
+        if ready_ns > deadline_ns:
+            self._clock.wait_until_ns(deadline_ns)
+            return None
+        self._clock.wait_until_ns(ready_ns)
+        index, self._next = self._next, self._next + 1
+        return index - self._first, self.instant_ns(index)
+
+    def instant_ns(self, index: int) -> int:
+        """Return the instant that an index stands for."""
+        return self._origin_ns + round(index * _NS / self._rate_hz)
+
+    def _newest(self) -> int:
+        return int(np.floor((self._clock.now_ns() - self._ready_ns - self._origin_ns) * self._rate_hz / _NS))
+
+
+class TwinCamera:
+    """A Source[Image]: one camera of the simulated box.
+
+    options: `world`, a shared TwinWorld; or, for a world of its own, `seed` (0), `scene` (a name), `settings`
+    (TwinSettings, or a mapping of fields to change), `off_nominal` (move the rig's cameras by seed: see `true_rig`),
+    `start_ns` (0). `rate_hz`: the rig's, at most 30, unless given. Pictures are stamped mid-exposure and come when
+    exposure and read-out are over. `seq` counts instants, so that a lost picture leaves a gap.
+    """
+
+    def __init__(self, rig: Rig, camera: str, *, clock: Clock, options: Mapping[str, Any]) -> None:
+        if camera not in rig.cameras:
+            raise ConfigError(f"The rig {rig.name!r} has no camera {camera!r}; it has {', '.join(rig.cameras)}.")
+        self.world = world_of(rig, options)
+        self.camera = camera
+        self._clock = clock
+        self._renderer: CameraRenderer | None = None
+        settings = self.world.settings
+        rate_hz = _rate(options, default=min(rig.cameras[camera].rate_hz, _USUAL_RATE_HZ))
+        skew_ns = round(settings.front_skew_ms * 1e6) if camera == "front" else 0
+        ready_ns = round(0.5e6 * (settings.exposure_ms + settings.readout_ms))
+        self._timed = _Timed(clock, origin_ns=self.world.start_ns + skew_ns, rate_hz=rate_hz, ready_ns=ready_ns)
+
+    @property
+    def losses(self) -> int:
+        """Pictures that were dropped or came too late to be read, so far."""
+        return self._timed.losses
+
+    def __enter__(self) -> Self:
+        self._renderer = self._renderer or CameraRenderer(self.world, self.camera)
+        # The first picture compiles or loads the kernels: better now than late.
+        self._renderer.picture(self.world.start_ns)
+        self._timed.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._timed.stop()
+
+    def read(self, timeout_s: float) -> Image | None:
+        """Return the next picture, or None when none came in time.
+
+        Raises:
+            DeviceError: the camera is not open.
+        """
+        deadline_ns = self._clock.now_ns() + round(timeout_s * _NS)
+        while (due := self._timed.due(deadline_ns)) is not None:
+            seq, t_ns = due
+            if self._dropped(t_ns):
+                self._timed.losses += 1
+                continue
+            assert self._renderer is not None, "an open camera has a renderer"
+            return Image(self.camera, seq, t_ns, self._renderer.picture(t_ns))
+        return None
+
+    def _dropped(self, t_ns: int) -> bool:
+        share = self.world.settings.drop_share
+        if share <= 0.0:
+            return False
+        entropy = [self.world.seed, zlib.crc32(self.camera.encode()), t_ns % (1 << 63), 0xD209]
+        return bool(np.random.default_rng(entropy).uniform() < share)
+
+
+class TwinEncoder:
+    """A Source[Reading]: the roll encoder of the simulated box, counts after x4 decoding, through gears with some play.
+
+    options as for `TwinCamera`; `rate_hz` unless given is the settings' encoder_rate_hz (200).
+    """
+
+    def __init__(self, rig: Rig, *, clock: Clock, options: Mapping[str, Any]) -> None:
+        if rig.roll is None:
+            raise ConfigError(f"The rig {rig.name!r} has no [roll] and so no encoder to simulate: add [roll] to it.")
+        self.world = world_of(rig, options)
+        self._clock = clock
+        self._roll = rig.roll
+        settings = self.world.settings
+        rate_hz = _rate(options, default=settings.encoder_rate_hz)
+        self._timed = _Timed(clock, origin_ns=self.world.start_ns, rate_hz=rate_hz, ready_ns=0)
+        self._play_rad = np.deg2rad(settings.encoder_backlash_deg)
+        self._followed_rad: float | None = None
+
+    @property
+    def losses(self) -> int:
+        """Reports that came too late to be read, so far."""
+        return self._timed.losses
+
+    def __enter__(self) -> Self:
+        self._followed_rad = None
+        self._timed.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._timed.stop()
+
+    def read(self, timeout_s: float) -> Reading | None:
+        """Return the next report, or None when none came in time.
+
+        Raises:
+            DeviceError: the encoder is not open.
+        """
+        due = self._timed.due(self._clock.now_ns() + round(timeout_s * _NS))
+        if due is None:
+            return None
+        seq, t_ns = due
+        return Reading(seq, t_ns, self._count(np.deg2rad(self.world.controls(t_ns).roll_deg)))
+
+    def _count(self, roll_rad: float) -> int:
+        """Return the count that the gears pass on: they follow only when their play is used up."""
+        half = 0.5 * self._play_rad
+        before = roll_rad if self._followed_rad is None else self._followed_rad
+        self._followed_rad = min(max(before, roll_rad - half), roll_rad + half)
+        per_rad = self._roll.direction * self._roll.counts_per_turn * self._roll.gear_ratio / (2.0 * np.pi)
+        return int(np.floor(self._roll.zero_count + per_rad * self._followed_rad + 0.5))
+
+
+def world_of(rig: Rig, options: Mapping[str, Any]) -> TwinWorld:
+    """Return the world that a driver's options mean.
+
+    Raises:
+        ConfigError: an unknown option or scene, or a setting that cannot be.
+    """
+    unknown = sorted(set(options) - set(_KNOWN))
+    if unknown:
+        raise ConfigError(f"The twin has no option {', '.join(unknown)}; it has {', '.join(_KNOWN)}.")
+    world = options.get("world")
+    if world is not None:
+        if not isinstance(world, TwinWorld):
+            raise ConfigError(f"The twin's option world must be a TwinWorld, not {type(world).__name__}.")
+        return world
+    settings = options.get("settings")
+    if not isinstance(settings, TwinSettings):
+        settings = _changed(scene(options.get("scene", "smooth")), settings or {})
+    seed = int(options.get("seed", 0))
+    rig_true = true_rig(rig, seed) if options.get("off_nominal", False) else rig
+    try:
+        return TwinWorld(rig_true, seed=seed, settings=settings, start_ns=int(options.get("start_ns", 0)))
+    except ValueError as error:
+        raise ConfigError(f"The twin cannot be set up like that: {error}.") from error
+
+
+def _changed(settings: TwinSettings, changes: Mapping[str, Any]) -> TwinSettings:
+    known = {each.name for each in dataclasses.fields(TwinSettings)}
+    unknown = sorted(set(changes) - known)
+    if unknown:
+        raise ConfigError(f"The twin has no setting {', '.join(unknown)}; it has {', '.join(sorted(known))}.")
+    try:
+        return dataclasses.replace(settings, **changes)
+    except (ValueError, TypeError) as error:
+        raise ConfigError(f"The twin's settings cannot be used: {error}.") from error
+
+
+def _rate(options: Mapping[str, Any], *, default: float) -> float:
+    rate_hz = float(options.get("rate_hz", default))
+    if not (np.isfinite(rate_hz) and rate_hz > 0):
+        raise ConfigError(f"The twin's option rate_hz must be a positive number, not {rate_hz}.")
+    return rate_hz

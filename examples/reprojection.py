@@ -3,8 +3,8 @@
     python examples/reprojection.py rig.toml TOP FRONT [--background-top PNG --background-front PNG]
 
 TOP and FRONT are folders of pictures or videos, as for `cathxr track`. For each pair and view: the root mean square
-distance, px, of the midline measured in the picture from the projected curve, and that of the picture's own tip from the
-projected tip. What lies behind the entry (x < 0) is left out: the curve ends there.
+distance, px, of the midline measured in the picture from the projected curve, and that of the picture's own tip from
+the projected tip. What lies behind the entry (x < 0) is left out: the curve ends there.
 """
 
 import argparse
@@ -26,7 +26,7 @@ _DENSE = 800
 
 
 def distances(camera: CameraModel, detection: Detection, shape_box: FloatArray) -> tuple[float, float]:
-    """Return (rms of the midline, distance of the tip), px, of a curve (K, 3) mm in `box` from what one picture shows."""
+    """Return (rms of the midline, distance of the tip), px, of a curve (K, 3) mm in `box` from what a picture shows."""
     projected = camera.project(resampled(shape_box, _DENSE))
     far, nearest = cKDTree(projected).query(detection.curve_px)
     beside = nearest < _DENSE - 1
@@ -36,6 +36,7 @@ def distances(camera: CameraModel, detection: Detection, shape_box: FloatArray) 
 
 
 def main() -> None:
+    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rig", type=Path)
     parser.add_argument("top", type=Path)

@@ -42,9 +42,8 @@ def test_angles_are_those_of_the_tips_tangent() -> None:
 
 def test_nan_never_goes_out() -> None:
     pose = Pose.identity()
-    track = Track(0, 0, Status.TRACKED, "", np.zeros((2, 3)), pose, float("nan"), 0.1)
     with pytest.raises(ValueError, match="finite"):
-        track_message(track)
+        track_message(Track(0, 0, Status.TRACKED, "", np.zeros((2, 3)), pose, float("nan"), 0.1))
     with pytest.raises(ValueError, match="finite"):
         health_message([Health(0, "top", True, None, float("inf"), 0)], t_ns=0, skew_ns=None, clients=0, skipped=0)
 

@@ -1,6 +1,9 @@
 """`cathxr record`: a session without a page, from the twin or from cameras."""
 
+import threading
+import time
 from pathlib import Path
+from typing import Any
 
 import click
 from rich.console import Console
@@ -8,11 +11,13 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.live_options import PATH, chosen_config, live_options
-from cathxr.app.run_command import prepare, stop_signal
-from cathxr.core import ConfigError, DataError
+from cathxr.app.run_command import leave, prepare, stop_signal
+from cathxr.core import ConfigError, DataError, DeviceError
 
 _POLL_S = 0.1
 _WRITE_S = 120.0
+_PICTURES_S = 20.0
+"""How long cameras may take to open before a recording is given up."""
 
 
 @click.command("record")
@@ -65,6 +70,7 @@ def record(
         columns = (TextColumn("recording"), BarColumn(), TimeElapsedColumn(), TextColumn("{task.fields[pairs]}"))
         with system, Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
             task = bar.add_task("recording", total=seconds, pairs="")
+            _wait_for_pictures(system, stopping)
             system.handle("record_start", {"name": out.name})
             while not (stopping.wait(_POLL_S) or failures or system.ended):
                 state = system.recording_state()
@@ -79,3 +85,24 @@ def record(
                 raise DataError(f"{out} was not written to its end within {_WRITE_S:.0f} s; what is there can be read.")
     lost = summary["lost_pairs"] + summary["lost_items"] + summary["lost_pictures"]
     click.echo(f"{summary['pairs']} pairs in {summary['seconds']:.1f} s, {lost} items lost. Session: {out}")
+    leave(ended=system.stop())
+
+
+def _wait_for_pictures(system: Any, stopping: threading.Event) -> None:
+    """Return when pictures of both cameras come: a recording begins with pictures, not with cameras being opened.
+
+    Raises:
+        DeviceError: none come; the sentence says what each source says of itself.
+    """
+    came = threading.Event()
+    system.moments.add("record", lambda moment: came.set() if len(moment.images) > 1 else None)
+    deadline_s = time.monotonic() + _PICTURES_S
+    while not (came.wait(_POLL_S) or stopping.is_set()):
+        if time.monotonic() > deadline_s:
+            said = "; ".join(
+                f"{each.source}: {each.last_error}" for each in system.health_report().sources if each.last_error
+            )
+            raise DeviceError(
+                f"No pictures came from both cameras within {_PICTURES_S:.0f} s ({said or 'no error known'})."
+            )
+    system.moments.remove("record")

@@ -111,9 +111,21 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
         finally:
             closing = threading.Thread(target=server.stop, name="stop-server")
             closing.start()
-            system.stop()
+            ended = system.stop()
             closing.join()
     click.echo("Stopped.")
+    leave(ended=ended)
+
+
+def leave(*, ended: bool) -> None:
+    """End the process at once where a thread has not ended in time, for example inside a camera's driver.
+
+    Python's own way out stops such a thread within native code, which then aborts the whole process.
+    """
+    if not ended:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(0)
 
 
 def _wait_for_the_end(stopping: threading.Event, server: Any, system: Any) -> None:

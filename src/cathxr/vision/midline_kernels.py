@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from cathxr.core import FloatArray
 from cathxr.vision.profiles import cross, edge
@@ -89,7 +90,7 @@ def normals_of(points: FloatArray) -> FloatArray:
 
 
 @njit(cache=True, nogil=True)
-def good_sections(sections: FloatArray, width: float) -> np.ndarray:  # type: ignore[type-arg]
+def good_sections(sections: FloatArray, width: float) -> NDArray[np.bool_]:
     """Return which sections (N, 4) are those of the tube: about as wide as most."""
     widths = sections[:, 1]
     good = (widths > _NARROWEST * width) & (widths < _WIDEST * width)
@@ -126,7 +127,8 @@ def measured_sections(
         where = np.flatnonzero(good)
         if len(where) < 5:
             return none
-        for i in where:
+        for k in range(len(where)):
+            i = where[k]
             points[i, 0] += sections[i, 0] * normals[i, 0]
             points[i, 1] += sections[i, 0] * normals[i, 1]
         result = (points[where], normals[where], sections[where])
@@ -189,4 +191,4 @@ def cap_centre(
     if count < 5:
         return 0.0, -1.0
     # rays that disagree mean that the end is no clean circle: turned towards the camera, or something lies at it
-    return np.median(centres[:count]), max(np.std(centres[:count]), 0.02)
+    return float(np.median(centres[:count])), max(float(np.std(centres[:count])), 0.02)

@@ -102,7 +102,7 @@ def test_ctrl_c_ends_run_cleanly_within_three_seconds() -> None:
     with live_process() as (process, _):
         time.sleep(1.0)
         process.send_signal(signal.SIGINT)
-        # the promise is three seconds; a machine shared with other work gets four times that before it counts as hanging
+        # the promise is three seconds; a machine shared with other work gets four times that
         said, _ = process.communicate(timeout=12.0)
     assert process.returncode == 0
     assert "Stopped." in said

@@ -72,6 +72,7 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
         CathxrError: it cannot start.
     """
     # Imported here: loading the methods takes a second that --help and a wrong path need not wait for.
+    from cathxr.app.controls import ControlsPublisher
     from cathxr.app.live_parts import live_parts
     from cathxr.devices.clock import MonotonicClock
     from cathxr.runtime.live import LiveSystem
@@ -88,6 +89,8 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     system.connect("page", hub)
     if parts.optical is not None:
         parts.optical.readings.add("recorder", system.take_reading)
+    if parts.world is not None:
+        system.moments.add("controls", ControlsPublisher(parts.world, hub.publish_event))
     if publish_truth and parts.world is not None:
         system.truths.add("page", lambda truth: hub.publish_event(_truth_event(truth)))
 

@@ -41,11 +41,14 @@ def _with_end(matte: MatteArray, points: FloatArray, normals: FloatArray, sectio
     plateau = float(np.median(sections[-12:, 2]))
     slope = float(np.median(sections[:, 3]))
     blur = float(np.clip(plateau / max(slope, 1e-6) / np.sqrt(2.0 * np.pi), 0.3, 0.5 * radius))
-    position, direction = end_line(points, 6.0 * radius)
+    position, direction, half_bend = end_line(points, 6.0 * radius)
     reached, spread = cap_centre(matte, position, direction, radius, plateau, blur)
     if spread < 0.0:
         return None
-    centre = position + reached * direction
+    # the midline goes on bending on its way to the end's centre
+    centre = position + reached * direction + reached * reached * half_bend
+    direction = direction + 2.0 * reached * half_bend
+    direction = direction / np.linalg.norm(direction)
     # sections inside the rounded end are narrower and carry no news of the axis
     before = (points - centre) @ direction < -0.25 * radius
     before |= np.arange(len(points)) < len(points) - 2 * int(np.ceil(2 * radius / SPACING_PX)) - 2

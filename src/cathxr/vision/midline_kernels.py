@@ -137,8 +137,11 @@ def measured_sections(
 
 
 @njit(cache=True, nogil=True)
-def end_line(points: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
-    """Return (position, unit direction) of the midline (N, 2) at its last point: a quadratic over the last `length`."""
+def end_line(points: FloatArray, length: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return (position, unit direction, half the bend (2,) 1/px) of the midline (N, 2) at its last point.
+
+    Of a quadratic over the last `length` px; of a straight line, without bend, where there are few points.
+    """
     count = len(points)
     along = np.zeros(count)
     first = count - 1
@@ -162,7 +165,8 @@ def end_line(points: FloatArray, length: float) -> tuple[FloatArray, FloatArray]
                 normal[a, b] += power[a] * power[b]
     fit = np.linalg.solve(normal, right)
     direction = fit[1] / max(math.hypot(fit[1, 0], fit[1, 1]), 1e-12)
-    return fit[0].copy(), direction
+    half_bend = fit[2] / (scale * scale) if order == 3 else np.zeros(2)
+    return fit[0].copy(), direction, half_bend
 
 
 @njit(cache=True, nogil=True)

@@ -172,8 +172,12 @@ def _with_run_options(
 
 def prepare(rig: Any, method: str) -> None:
     """Compile what is not compiled yet, and say so when that takes a while."""
+    import cv2
+
     from cathxr.app.warm_up import warm_up
 
+    # Each thread here is busy with its own camera: OpenCV's own threads would only take the cores from the others.
+    cv2.setNumThreads(1)
     said = threading.Timer(1.5, lambda: click.echo("Compiling the fast parts (about a minute, the first time only) …"))
     said.daemon = True
     said.start()

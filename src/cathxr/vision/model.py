@@ -181,8 +181,8 @@ def _plateau(matte: MatteArray, mask: PixelArray, step: int, window: Window) -> 
     rows = np.arange(window.y0, window.y1, 2)
     columns = np.arange(window.x0, window.x1, 2)
     inside = mask[np.minimum(rows // step, mask.shape[0] - 1)][:, np.minimum(columns // step, mask.shape[1] - 1)] > 0
-    values = matte[::2, ::2][inside]
-    return float(np.clip(np.percentile(values, 60), 0.05, 1.0)) if values.size else 0.5
+    values = np.sort(matte[::2, ::2][inside])
+    return float(np.clip(values[(3 * values.size) // 5], 0.05, 1.0)) if values.size else 0.5
 
 
 def _seeds(

@@ -54,7 +54,8 @@ class Segmenter(Protocol):
 def blank_reason(pixels: PixelArray) -> str | None:
     """Return why a picture shows nothing at all ("black picture", "white picture"), None when it shows something."""
     sample = pixels[::10, ::10] if pixels.ndim == 2 else pixels[::10, ::10, 1]
-    dark, bright = np.quantile(sample, (0.001, 0.99), method="nearest")
+    ordered = np.sort(sample, axis=None)
+    dark, bright = ordered[ordered.size // 1000], ordered[(99 * ordered.size) // 100]
     if bright < BLACK_LEVEL:
         return "black picture"
     if dark > WHITE_LEVEL:

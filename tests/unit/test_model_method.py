@@ -50,6 +50,32 @@ def test_tip_and_shape_are_right_on_every_kind_of_smooth_scene(name: str) -> Non
     assert 0.1 < np.sqrt(np.mean(np.square(score.normalised))) < 2.0
 
 
+@pytest.mark.parametrize("name", ["white", "coloured", "translucent"])
+def test_any_catheter_on_any_static_background_with_an_empty_picture(name: str, rig: Rig) -> None:
+    world = TwinWorld(rig, seed=SEED, settings=scene(name))
+    renderers = {each: CameraRenderer(world, each) for each in ("top", "front")}
+    detectors = {
+        each: make_detector("model", rig, each, background=renderer.empty_picture())
+        for each, renderer in renderers.items()
+    }
+    tracker = make_tracker("model", rig)
+    errors = []
+    for seq in range(4):
+        t_ns = 1_000_000_000 + seq * 400_000_000
+        pictures = [Image(each, seq, t_ns, renderer.picture(t_ns)) for each, renderer in renderers.items()]
+        # the lamp and the camera's white balance have changed by a tenth since the empty picture was taken
+        changed = [
+            with_pixels(each, np.clip(each.pixels * [0.9, 1.0, 1.08], 0, 255).astype(np.uint8)) for each in pictures
+        ]
+        track = tracker.update(Observation(seq, t_ns, tuple(detectors[each.camera].detect(each) for each in changed)))
+        assert track.status is Status.TRACKED, track.reason
+        truth = world.truth(t_ns).tip_box
+        assert track.tip_box is not None
+        assert truth is not None
+        errors.append(np.linalg.norm(track.tip_box - truth))
+    assert np.mean(errors) < 2 * BUDGET_MEAN_MM
+
+
 def test_tip_entry_and_sampling_are_as_the_architecture_defines(rig: Rig, pair: tuple[Image, Image, Track]) -> None:
     top, front, truth = pair
     track = tracked(rig, top, front)

@@ -11,7 +11,8 @@ from numba import njit
 from cathxr.core import FloatArray
 
 _SIDE_STEP_COST = 0.02
-"""Cost, in squared scaled distances, of moving on in one curve only: prefers an even pace along epipolar lines."""
+"""Cost, in squared scaled distances, of moving on in one curve only. Along an epipolar line any order of such steps
+costs the same: the fit, which is smooth, settles where in such a stretch each point belongs."""
 _CAP = 25.0
 """Largest squared scaled distance of one pair: beyond five standard deviations a pair is simply wrong."""
 

@@ -1,5 +1,6 @@
 """This machine on the network: ports, names, folders."""
 
+import asyncio
 import socket
 from pathlib import Path
 
@@ -16,6 +17,27 @@ def test_any_port_and_the_next_free_one() -> None:
         port = first.getsockname()[1]
         with listening_socket("127.0.0.1", port) as second:
             assert port < second.getsockname()[1] < port + network.PORTS_TRIED
+
+
+def test_small_messages_leave_at_once() -> None:
+    """Nagle's algorithm would hold a Track that follows an event back for 40 ms: a client's delayed acknowledgement."""
+
+    async def nodelay() -> int:
+        accepted: asyncio.Future[int] = asyncio.get_running_loop().create_future()
+
+        def connected(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            accepted.set_result(writer.get_extra_info("socket").getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+            writer.close()
+
+        server = await asyncio.start_server(connected, sock=listening_socket("127.0.0.1", 0))
+        async with server:
+            _, writer = await asyncio.open_connection(*server.sockets[0].getsockname())
+            result = await accepted
+            writer.close()
+            await writer.wait_closed()
+        return result
+
+    assert asyncio.run(nodelay()) != 0
 
 
 def test_says_when_no_port_is_free(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,5 +1,6 @@
 """`cathxr run`: the live system with its page."""
 
+import gc
 import os
 import signal
 import sys
@@ -184,6 +185,9 @@ def prepare(rig: Any, method: str) -> None:
     begun_s = time.monotonic()
     warm_up(rig, method=method)
     said.cancel()
+    # What is loaded now stays: the collector need not walk through it again and again while Tracks wait.
+    gc.collect()
+    gc.freeze()
     if said.finished.is_set() and time.monotonic() - begun_s > 10.0:
         click.echo(f"Compiled in {time.monotonic() - begun_s:.0f} s; the next start takes a second or two.")
 

@@ -10,6 +10,40 @@ _FOLD_SAMPLES = 64
 
 
 @njit(cache=True, nogil=True)
+def project_one(  # type: ignore[no-untyped-def]
+    px, py, pz, rotation, translation, focal, centre, distortion
+):
+    """Return (u, v, derivatives of u by x y z, derivatives of v by x y z, depth) of one point of `box`.
+
+    Where the depth is not positive the other results mean nothing.
+    """
+    cx = rotation[0, 0] * px + rotation[0, 1] * py + rotation[0, 2] * pz + translation[0]
+    cy = rotation[1, 0] * px + rotation[1, 1] * py + rotation[1, 2] * pz + translation[1]
+    cz = rotation[2, 0] * px + rotation[2, 1] * py + rotation[2, 2] * pz + translation[2]
+    if cz <= 0.0:
+        return 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), cz
+    k1, k2, p1, p2, k3 = distortion[0], distortion[1], distortion[2], distortion[3], distortion[4]
+    x = cx / cz
+    y = cy / cz
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3)
+    u = focal[0] * (x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)) + centre[0]
+    v = focal[1] * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y) + centre[1]
+    cross = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+    xx = focal[0] * (radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x)
+    yy = focal[1] * (radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x)
+    xy = focal[0] * cross
+    yx = focal[1] * cross
+    x0, y0 = (rotation[0, 0] - x * rotation[2, 0]) / cz, (rotation[1, 0] - y * rotation[2, 0]) / cz
+    x1, y1 = (rotation[0, 1] - x * rotation[2, 1]) / cz, (rotation[1, 1] - y * rotation[2, 1]) / cz
+    x2, y2 = (rotation[0, 2] - x * rotation[2, 2]) / cz, (rotation[1, 2] - y * rotation[2, 2]) / cz
+    by_u = (xx * x0 + xy * y0, xx * x1 + xy * y1, xx * x2 + xy * y2)
+    by_v = (yx * x0 + yy * y0, yx * x1 + yy * y1, yx * x2 + yy * y2)
+    return u, v, by_u, by_v, cz
+
+
+@njit(cache=True, nogil=True)
 def project_with_jacobian(
     points: FloatArray,
     rotation: FloatArray,
@@ -26,30 +60,18 @@ def project_with_jacobian(
     pixels = np.empty((count, 2))
     jacobian = np.empty((count, 2, 3))
     nearest = np.inf
-    k1, k2, p1, p2, k3 = distortion[0], distortion[1], distortion[2], distortion[3], distortion[4]
     for i in range(count):
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        cx = rotation[0, 0] * px + rotation[0, 1] * py + rotation[0, 2] * pz + translation[0]
-        cy = rotation[1, 0] * px + rotation[1, 1] * py + rotation[1, 2] * pz + translation[1]
-        cz = rotation[2, 0] * px + rotation[2, 1] * py + rotation[2, 2] * pz + translation[2]
-        nearest = min(nearest, cz)
-        if cz <= 0.0:
+        u, v, by_u, by_v, depth = project_one(
+            points[i, 0], points[i, 1], points[i, 2], rotation, translation, focal, centre, distortion
+        )
+        nearest = min(nearest, depth)
+        if depth <= 0.0:
             return pixels, jacobian, nearest
-        x = cx / cz
-        y = cy / cz
-        r2 = x * x + y * y
-        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3)
-        pixels[i, 0] = focal[0] * (x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)) + centre[0]
-        pixels[i, 1] = focal[1] * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y) + centre[1]
-        cross = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-        xx = radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
-        yy = radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+        pixels[i, 0] = u
+        pixels[i, 1] = v
         for k in range(3):
-            by_x = (rotation[0, k] - x * rotation[2, k]) / cz
-            by_y = (rotation[1, k] - y * rotation[2, k]) / cz
-            jacobian[i, 0, k] = focal[0] * (xx * by_x + cross * by_y)
-            jacobian[i, 1, k] = focal[1] * (cross * by_x + yy * by_y)
+            jacobian[i, 0, k] = by_u[k]
+            jacobian[i, 1, k] = by_v[k]
     return pixels, jacobian, nearest
 
 

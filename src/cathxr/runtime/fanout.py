@@ -31,6 +31,11 @@ class Fanout(Generic[Item]):
             self._takers = {key: each for key, each in self._takers.items() if key != name}
             self._failures.pop(name, None)
 
+    @property
+    def has_takers(self) -> bool:
+        """Whether anyone takes what is written: what nobody takes need not be made."""
+        return bool(self._takers)
+
     def write(self, item: Item) -> None:
         """Give `item` to every taker."""
         for name, taker in self._takers.items():

@@ -243,9 +243,10 @@ class LiveSystem:
         """Give a Moment to every taker, then the truth of its instant."""
         self._meter.count(moment.track.seq, self._clock.now_ns())
         self.moments.write(moment)
-        if self._options.truth is not None and moment.images:
+        recorder = self._recorder.recorder
+        wanted = recorder is not None or self.truths.has_takers
+        if self._options.truth is not None and moment.images and wanted:
             truth = self._options.truth(moment.track.t_ns, moment.track.seq)
-            recorder = self._recorder.recorder
             if recorder is not None:
                 recorder.truth(truth)
             self.truths.write(truth)

@@ -6,13 +6,33 @@ import numpy as np
 from numba import njit
 
 from cathxr.core import FloatArray
-from cathxr.geometry.camera_kernels import project_with_jacobian
+from cathxr.geometry.camera_kernels import project_one
 from cathxr.tracking.spline import cubic_pieces
 
 HUBER = 2.5
 MAX_NOISE = 50.0
 _STILL_MM = 1e-4
 _LONGEST_STEP = 0.03
+
+
+@njit(cache=True, nogil=True)
+def seen(spans, control, cameras, view, t):  # type: ignore[no-untyped-def]
+    """Return (first control point, basis values, velocity, u, v, derivatives of u, of v) of the curve at `t` in a view.
+
+    cameras (V, 21): see `packed`. velocity: derivative of the curve by `t`.
+    """
+    piece, values, slopes = cubic_pieces(spans, t)
+    x = y = z = dx = dy = dz = 0.0
+    for k in range(4):
+        x += values[k] * control[piece + k, 0]
+        y += values[k] * control[piece + k, 1]
+        z += values[k] * control[piece + k, 2]
+        dx += slopes[k] * control[piece + k, 0]
+        dy += slopes[k] * control[piece + k, 1]
+        dz += slopes[k] * control[piece + k, 2]
+    row = cameras[view]
+    u, v, by_u, by_v, _ = project_one(x, y, z, row[:9].reshape(3, 3), row[9:12], row[12:14], row[14:16], row[16:21])
+    return piece, values, (dx, dy, dz), u, v, by_u, by_v
 
 
 @njit(cache=True, nogil=True)
@@ -29,30 +49,12 @@ def follow(spans, control, cameras, at, view, curve):  # type: ignore[no-untyped
             at[i] = 0.0
             continue
         t = min(max(at[i], 0.0), 1.0)
-        piece, values, slopes = cubic_pieces(spans, t)
-        point = np.zeros((1, 3))
-        velocity = np.zeros(3)
-        for k in range(4):
-            for axis in range(3):
-                point[0, axis] += values[k] * control[piece + k, axis]
-                velocity[axis] += slopes[k] * control[piece + k, axis]
-        pixels, jacobian = projected(cameras, view[i], point)
-        su = jacobian[0, 0, 0] * velocity[0] + jacobian[0, 0, 1] * velocity[1] + jacobian[0, 0, 2] * velocity[2]
-        sv = jacobian[0, 1, 0] * velocity[0] + jacobian[0, 1, 1] * velocity[1] + jacobian[0, 1, 2] * velocity[2]
-        ahead = (curve[i, 0] - pixels[0, 0]) * su + (curve[i, 1] - pixels[0, 1]) * sv
-        step = ahead / max(su * su + sv * sv, 1e-6)
+        _, _, (dx, dy, dz), u, v, by_u, by_v = seen(spans, control, cameras, view[i], t)
+        su = by_u[0] * dx + by_u[1] * dy + by_u[2] * dz
+        sv = by_v[0] * dx + by_v[1] * dy + by_v[2] * dz
+        step = ((curve[i, 0] - u) * su + (curve[i, 1] - v) * sv) / max(su * su + sv * sv, 1e-6)
         moved = max(t + min(max(step, -_LONGEST_STEP), _LONGEST_STEP), 0.0)
         at[i] = -1.0 if moved > 1.001 else min(moved, 1.0)
-
-
-@njit(cache=True, nogil=True)
-def projected(cameras, view, points):  # type: ignore[no-untyped-def]
-    """Return pixels (N, 2) and derivative (N, 2, 3) of points (N, 3) in one of the cameras (V, 21), see `packed`."""
-    row = cameras[view]
-    pixels, jacobian, _ = project_with_jacobian(
-        points, row[:9].reshape(3, 3), row[9:12], row[12:14], row[14:16], row[16:21]
-    )
-    return pixels, jacobian
 
 
 @njit(cache=True, nogil=True)
@@ -70,12 +72,7 @@ def rows_of(spans, control, cameras, at, view, curve, normal, sigma, tip_along, 
     for i in range(len(at)):
         if at[i] < 0.0:
             continue
-        piece, values, _ = cubic_pieces(spans, at[i])
-        point = np.zeros((1, 3))
-        for k in range(4):
-            for axis in range(3):
-                point[0, axis] += values[k] * control[piece + k, axis]
-        pixels, jacobian = projected(cameras, view[i], point)
+        piece, values, _, seen_u, seen_v, by_u, by_v = seen(spans, control, cameras, view[i], at[i])
         first = i == 0 or view[i] != view[i - 1]
         for which in range(2 if first else 1):
             if which == 0:
@@ -83,11 +80,11 @@ def rows_of(spans, control, cameras, at, view, curve, normal, sigma, tip_along, 
             else:
                 u, v, spread = tip_along[view[i], 0], tip_along[view[i], 1], tip_sigma[view[i]]
             for axis in range(3):
-                slope = u * jacobian[0, 0, axis] + v * jacobian[0, 1, axis]
+                slope = u * by_u[axis] + v * by_v[axis]
                 for k in range(4):
                     design[count, 3 * k + axis] = values[k] * slope
             pieces[count] = piece
-            residuals[count] = u * (curve[i, 0] - pixels[0, 0]) + v * (curve[i, 1] - pixels[0, 1])
+            residuals[count] = u * (curve[i, 0] - seen_u) + v * (curve[i, 1] - seen_v)
             sigmas[count] = spread
             count += 1
     return pieces[:count], design[:count], residuals[:count], sigmas[:count]
@@ -148,13 +145,8 @@ def misfit(spans, control, cameras, at, view, curve, normal):  # type: ignore[no
     for i in range(len(at)):
         if at[i] < 0.0:
             continue
-        piece, values, _ = cubic_pieces(spans, at[i])
-        point = np.zeros((1, 3))
-        for k in range(4):
-            for axis in range(3):
-                point[0, axis] += values[k] * control[piece + k, axis]
-        pixels, _ = projected(cameras, view[i], point)
-        du, dv = curve[i, 0] - pixels[0, 0], curve[i, 1] - pixels[0, 1]
+        _, _, _, u, v, _, _ = seen(spans, control, cameras, view[i], at[i])
+        du, dv = curve[i, 0] - u, curve[i, 1] - v
         total += (du * normal[i, 0] + dv * normal[i, 1]) ** 2
         count += 1
         if i == 0 or view[i] != view[i - 1]:

@@ -41,30 +41,24 @@ class CubicBasis:
 
 @njit(cache=True, nogil=True)
 def cubic_pieces(spans, t):  # type: ignore[no-untyped-def]
-    """Return (first control point, 4 values, 4 slopes) of the basis functions alive at `t`: Cox-de Boor recursion."""
+    """Return (first control point, 4 values, 4 slopes) of the basis functions alive at `t`: Cox-de Boor, unrolled."""
     piece = min(max(int(t * spans), 0), spans - 1)
-    left = np.empty(4)
-    right = np.empty(4)
-    values = np.empty(4)
-    lower = np.empty(3)
-    slopes = np.zeros(4)
-    values[0] = 1.0
-    for degree in range(1, 4):
-        left[degree] = t - _knot(piece + 4 - degree, spans)
-        right[degree] = _knot(piece + 3 + degree, spans) - t
-        saved = 0.0
-        for r in range(degree):
-            share = values[r] / (right[r + 1] + left[degree - r])
-            values[r] = saved + right[r + 1] * share
-            saved = left[degree - r] * share
-        values[degree] = saved
-        if degree == 2:
-            lower[:] = values[:3]
-    for r in range(3):
-        rise = 3.0 * lower[r] / (_knot(piece + r + 4, spans) - _knot(piece + r + 1, spans))
-        slopes[r] -= rise
-        slopes[r + 1] += rise
-    return piece, values, slopes
+    k1, k2, k3 = _knot(piece + 1, spans), _knot(piece + 2, spans), _knot(piece + 3, spans)
+    k4, k5, k6 = _knot(piece + 4, spans), _knot(piece + 5, spans), _knot(piece + 6, spans)
+    right = (t - k3) / (k4 - k3)
+    left = 1.0 - right
+    q0 = (k4 - t) / (k4 - k2) * left
+    q1 = (t - k2) / (k4 - k2) * left + (k5 - t) / (k5 - k3) * right
+    q2 = (t - k3) / (k5 - k3) * right
+    w0, w1, w2 = 1.0 / (k4 - k1), 1.0 / (k5 - k2), 1.0 / (k6 - k3)
+    values = (
+        (k4 - t) * w0 * q0,
+        (t - k1) * w0 * q0 + (k5 - t) * w1 * q1,
+        (t - k2) * w1 * q1 + (k6 - t) * w2 * q2,
+        (t - k3) * w2 * q2,
+    )
+    r0, r1, r2 = 3.0 * q0 * w0, 3.0 * q1 * w1, 3.0 * q2 * w2
+    return piece, values, (-r0, r0 - r1, r1 - r2, r2)
 
 
 @njit(cache=True, nogil=True)
@@ -80,6 +74,7 @@ def _basis(spans, at):  # type: ignore[no-untyped-def]
     slopes = np.zeros((len(at), spans + 3))
     for i in range(len(at)):
         piece, some, rise = cubic_pieces(spans, at[i])
-        values[i, piece : piece + 4] = some
-        slopes[i, piece : piece + 4] = rise
+        for k in range(4):
+            values[i, piece + k] = some[k]
+            slopes[i, piece + k] = rise[k]
     return values, slopes

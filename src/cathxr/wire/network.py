@@ -48,7 +48,9 @@ def listening_socket(host: str, port: int) -> socket.socket:
         raise ConfigError(f"The port {port} does not exist: choose one from 1 to 65535, or 0 for any free one.")
     last = port if port == 0 else min(port + PORTS_TRIED - 1, 65535)
     for candidate in range(port, last + 1):
-        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+        # asyncio switches Nagle's algorithm off only where the protocol is named: with it, a Track that follows an
+        # event by a moment waits for the client's delayed acknowledgement, 40 ms.
+        listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         try:
             if sys.platform == "win32":
                 # Elsewhere SO_REUSEADDR means "although old connections linger"; here it would mean "steal the port".

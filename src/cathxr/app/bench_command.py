@@ -158,7 +158,8 @@ def _live(seconds: float, progress: Callable[[], None]) -> str:
     return (
         "## Live\n\n`cathxr run` on the twin in one process (rendering, tracking and serving), WebSocket clients in "
         "another, on the same machine. Latency: mid-exposure of the top picture to the message in a client's hands. "
-        "CPU: of the whole `cathxr run` process, 100 % being one core; serving costs what differs between rows."
+        "CPU: of the whole `cathxr run` process, 100 % being one core. The clients' own process "
+        "takes its share of the same cores: many clients here show more load than a server would have elsewhere."
         f"\n\n{table}"
     )
 

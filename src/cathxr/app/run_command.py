@@ -27,7 +27,7 @@ _POLL_S = 0.25
 @click.option("--port", type=click.IntRange(0, 65535), help="Port on this machine; 0: any free one.  [default: 8765]")
 @click.option("--lan", is_flag=True, help="Also serve the network (https, with a pairing code): for a headset.")
 @click.option("--recordings", type=PATH, help="Folder for recordings.  [default: ./recordings]")
-@click.option("--video", is_flag=True, help="Recordings hold the pictures too (lossless, about 50 MB a second).")
+@click.option("--video", is_flag=True, help="Recordings hold the pictures too (lossless, about 80 MB a second).")
 @click.option("--speed", type=click.FloatRange(0.01, 100.0), help="Pace of a replay.  [default: 1]")
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
 @click.option("--publish-truth", is_flag=True, help="Also send the twin's exact tip as events of kind 'truth'.")

@@ -227,6 +227,18 @@ def test_detections_are_whole(rig: Rig, pair: tuple[Image, Image, Track]) -> Non
     assert found.curve_px[0, 0] > found.curve_px[-1, 0]
 
 
+@pytest.mark.parametrize("balance", [(1.0, 0.93, 0.65), (0.65, 0.95, 1.0)])
+def test_a_wrong_white_balance_is_still_a_back_light(
+    balance: tuple[float, float, float], rig: Rig, pair: tuple[Image, Image, Track]
+) -> None:
+    top, front, truth = pair
+    tinted = [with_pixels(each, (each.pixels * np.array(balance)).astype(np.uint8)) for each in (top, front)]
+    track = tracked(rig, *tinted)
+    assert track.tip_box is not None, track.reason
+    assert truth.tip_box is not None
+    assert np.linalg.norm(track.tip_box - truth.tip_box) < BUDGET_MEAN_MM * 2
+
+
 def test_grey_pictures_work_like_coloured_ones(rig: Rig, pair: tuple[Image, Image, Track]) -> None:
     top, front, truth = pair
     grey = [with_pixels(each, np.asarray(cv2.cvtColor(each.pixels, cv2.COLOR_BGR2GRAY))) for each in (top, front)]

@@ -23,7 +23,7 @@ bench: set-up ## measure speed, latency and load; prints a table (ARGS="..." add
 
 prove: set-up-dev ## the long proofs: minutes each
 	@sh tools/system_packages.sh
-	@exec $(BIN)/pytest -m proof $(ARGS)
+	@exec $(BIN)/pytest -m proof -o faulthandler_timeout=3600 $(ARGS)
 
 lint: set-up-dev ## ruff, mypy --strict and the layers of the architecture
 	$(BIN)/ruff check

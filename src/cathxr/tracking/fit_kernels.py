@@ -11,7 +11,7 @@ from cathxr.tracking.spline import cubic_pieces
 
 HUBER = 2.5
 MAX_NOISE = 50.0
-_STILL_MM = 1e-4
+_STILL_MM = 1e-3
 _LONGEST_STEP = 0.03
 
 

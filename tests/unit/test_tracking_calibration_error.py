@@ -9,13 +9,16 @@ from scipy import stats
 from cathxr.core import Catheter, Intrinsics, Marker, Pose, Provenance, Rig, RigCamera, Roi
 from cathxr.geometry import CameraModel, triangulate
 from cathxr.geometry.pose import perturbed
+from cathxr.storage.rig_file import example_rig
 from cathxr.tracking.calibration_error import (
     ASSUMED_MARKER_PX,
     CameraError,
     camera_errors,
+    distortion_derivative,
     point_covariance,
     pose_jacobian,
 )
+from cathxr.twin import true_rig
 
 LENS = Intrinsics(np.array([1357.7, 1357.7]), np.array([640.0, 360.0]), np.array([-0.18, 0.06, 0.001, -0.002, -0.01]))
 # Off-nominal by some degrees and millimetres, as real boxes are.
@@ -142,3 +145,41 @@ def test_a_stated_covariance_is_taken_as_it_is() -> None:
     errors = camera_errors(rig(covariances, corner_markers()))
     np.testing.assert_array_equal(errors["top"].pose_covariance, covariances[0])
     np.testing.assert_array_equal(errors["front"].pose_covariance, covariances[1])
+
+
+def test_distortion_derivative_is_that_of_the_projection() -> None:
+    rig = true_rig(example_rig(), 2)
+    model = CameraModel.of(rig.cameras["front"])
+    point = np.array([90.0, -35.0, 40.0])
+    step = 1e-6
+    for which in range(5):
+        change = step * np.eye(5)[which]
+        ahead, behind = (
+            CameraModel(
+                replace(model.intrinsics, distortion=model.intrinsics.distortion + sign * change),
+                model.camera_from_box,
+                model.size_px,
+            ).project(point)
+            for sign in (1.0, -1.0)
+        )
+        # central differences of a function linear in the coefficient: rounding alone is left
+        np.testing.assert_allclose(
+            distortion_derivative(model, point)[:, which], (ahead - behind) / (2.0 * step), atol=1e-5
+        )
+
+
+def test_a_stated_std_of_the_distortion_counts() -> None:
+    rig = example_rig()
+    stated = {
+        name: replace(
+            camera,
+            intrinsics=replace(
+                camera.intrinsics, provenance=Provenance(std={"distortion": np.array([0.02, 0.0, 0.0, 0.0, 0.0])})
+            ),
+        )
+        for name, camera in rig.cameras.items()
+    }
+    point = np.array([110.0, 40.0, 40.0])
+    without = point_covariance(list(camera_errors(rig).values()), point)
+    with_it = point_covariance(list(camera_errors(replace(rig, cameras=stated)).values()), point)
+    assert np.trace(with_it) > 1.5 * np.trace(without)

@@ -19,6 +19,7 @@ class CameraError:
     pose_covariance: FloatArray
     focal_variance: FloatArray
     centre_variance: FloatArray
+    distortion_variance: FloatArray
 
     def pixel_covariance(self, point_box: FloatArray) -> FloatArray:
         """Return the covariance (2, 2), px^2, of where this camera should see a point (3,) mm."""
@@ -26,7 +27,9 @@ class CameraError:
         normalised = (
             self.model.project(point_box[None])[0] - self.model.intrinsics.centre_px
         ) / self.model.intrinsics.focal_px
+        by_lens = distortion_derivative(self.model, point_box)
         lens = np.diag(self.centre_variance + np.square(normalised) * self.focal_variance)
+        lens = lens + by_lens @ np.diag(self.distortion_variance) @ by_lens.T
         return np.asarray(by_pose @ self.pose_covariance @ by_pose.T + lens, dtype=np.float64)
 
 
@@ -42,6 +45,20 @@ def pose_jacobian(model: CameraModel, points_box: FloatArray) -> FloatArray:
     x, y, z = arms.T
     lever = np.stack([zero, z, -y, -z, zero, x, y, -x, zero], axis=1).reshape(-1, 3, 3)
     return np.concatenate([by_camera @ lever, by_camera], axis=2)
+
+
+def distortion_derivative(model: CameraModel, point_box: FloatArray) -> FloatArray:
+    """Return the derivative (2, 5) of a point's pixel by the distortion k1 k2 p1 p2 k3; the point (3,) mm in `box`."""
+    seen = model.to_camera(point_box)
+    x, y = seen[:2] / seen[2]
+    r2 = x * x + y * y
+    by_coefficient = np.array(
+        [
+            [x * r2, x * r2**2, 2.0 * x * y, r2 + 2.0 * x * x, x * r2**3],
+            [y * r2, y * r2**2, r2 + 2.0 * y * y, 2.0 * x * y, y * r2**3],
+        ]
+    )
+    return np.asarray(model.intrinsics.focal_px[:, None] * by_coefficient, dtype=np.float64)
 
 
 def camera_errors(rig: Rig) -> dict[str, CameraError]:
@@ -60,8 +77,11 @@ def _camera_error(rig: Rig, camera: RigCamera) -> CameraError:
         jacobian = pose_jacobian(model, points).reshape(-1, 6)
         covariance = np.asarray(ASSUMED_MARKER_PX**2 * np.linalg.inv(jacobian.T @ jacobian), dtype=np.float64)
     std = camera.intrinsics.provenance.std
-    none = np.zeros(2)
-    return CameraError(model, covariance, np.square(std.get("focal_px", none)), np.square(std.get("centre_px", none)))
+    focal, centre, distortion = (
+        np.square(std.get(name, np.zeros(size)))
+        for name, size in (("focal_px", 2), ("centre_px", 2), ("distortion", 5))
+    )
+    return CameraError(model, covariance, focal, centre, distortion)
 
 
 def _stand_in_markers(rig: Rig, camera: RigCamera) -> FloatArray:

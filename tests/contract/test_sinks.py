@@ -9,8 +9,8 @@ from cathxr.core import Detection, Event, Health, Observation, Status, Track
 from cathxr.devices.clock import ManualClock
 from cathxr.runtime.fanout import Fanout
 from cathxr.runtime.moment import Moment
+from cathxr.runtime.queues import Queue
 from cathxr.runtime.recorder import Recorder
-from cathxr.runtime.slot import Queue, Slot
 from cathxr.wire.hub import Hub
 
 LONG_S = 60.0
@@ -52,7 +52,7 @@ def broken_fanout() -> Callable[[Moment], object]:
 
 
 def full_slot() -> Callable[[Moment], object]:
-    slot: Slot[Moment] = Slot()
+    slot: Queue[Moment] = Queue(1)
     return slot.put
 
 

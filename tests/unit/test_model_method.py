@@ -8,6 +8,7 @@ import pytest
 
 from cathxr.app.bench_tracking import scene_pairs, scores
 from cathxr.core import Catheter, Detection, Image, Observation, PixelArray, Rig, Status, Track
+from cathxr.geometry import CameraModel
 from cathxr.storage.rig_file import example_rig
 from cathxr.tracking import make_tracker
 from cathxr.twin import CameraRenderer, TwinWorld, scene, true_rig
@@ -159,15 +160,15 @@ def test_noise_alone_is_lost(rig: Rig) -> None:
 
 
 def test_catheter_out_of_one_view_is_lost(rig: Rig, pair: tuple[Image, Image, Track]) -> None:
-    top, front, _ = pair
-    cut = front.pixels.copy()
-    column = int(np.median(np.flatnonzero(np.abs(cut[:, :, 1].astype(int) - 128).max(axis=0) > 0)))
-    cut = cv2.warpAffine(
-        cut, np.float32([[1, 0, column - 30], [0, 1, 0]]), (1280, 720), borderMode=cv2.BORDER_REPLICATE
-    )
-    track = tracked(rig, top, with_pixels(front, np.asarray(cut, dtype=np.uint8)))
+    top, front, truth = pair
+    camera = rig.cameras["front"]
+    assert truth.tip_box is not None
+    # the same camera with a narrower sensor, which ends 5 mm short of the tip
+    width = int(CameraModel.of(camera).project(truth.tip_box - [5.0, 0.0, 0.0])[0])
+    narrow = replace(rig, cameras={**rig.cameras, "front": replace(camera, size_px=(width, camera.size_px[1]))})
+    track = tracked(narrow, top, with_pixels(front, np.ascontiguousarray(front.pixels[:, :width])))
     assert track.status is Status.LOST
-    assert track.reason
+    assert track.reason == "the catheter leaves the picture (front)"
 
 
 def test_two_catheters_are_lost(rig: Rig, pair: tuple[Image, Image, Track]) -> None:

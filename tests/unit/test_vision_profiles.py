@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
-from cathxr.vision.profiles import SAMPLE_PX, cross, crosses, edge, line_samples, sample
+from cathxr.vision.profiles import SAMPLE_PX, cross, edge, line_samples, sample
 from cathxr.vision.segmentation import MatteArray
 
 SIZE = 96
@@ -186,11 +186,3 @@ def test_samples_are_bilinear_and_nothing_outside() -> None:
     line = line_samples(matte, np.array([-0.5, 1.0]), np.array([0.75, 0.25]), 14)
     at = np.array([-0.5, 1.0]) + np.arange(14)[:, None] * np.array([0.75, 0.25])
     np.testing.assert_allclose(line, plain_sample(matte, at), atol=1e-12)
-
-
-def test_many_sections_are_one_after_another() -> None:
-    matte = stripe(0.3, 1.0, 7.0, 1.0)
-    points = MIDDLE + np.random.default_rng(5).uniform(-3.0, 3.0, (10, 2))
-    normals = np.tile(normal(0.3), (10, 1))
-    expected = [cross(matte, x, y, nx, ny, 7.0, 1.0) for (x, y), (nx, ny) in zip(points, normals, strict=True)]
-    np.testing.assert_array_equal(crosses(matte, points, normals, 7.0, 1.0), expected)

@@ -11,8 +11,8 @@ from cathxr.core import Clock, EndOfStream, Event, Health, Image, Reading, Sourc
 from cathxr.runtime.commands import Commands, Steerable, manoeuvre_command, only, steer_command
 from cathxr.runtime.fanout import Fanout, sentence
 from cathxr.runtime.moment import HealthReport, Moment, MomentSource, RecordingState
+from cathxr.runtime.queues import Deadline
 from cathxr.runtime.recording import OpenSession, Recordings
-from cathxr.runtime.slot import Deadline
 from cathxr.runtime.supervisor import Meter, RetryPolicy
 
 _READ_TIMEOUT_S = 0.2

@@ -34,7 +34,7 @@ from cathxr.runtime.fanout import Fanout, sentence
 from cathxr.runtime.history import History, Sample
 from cathxr.runtime.moment import Moment
 from cathxr.runtime.pairing import Pair, Pairer
-from cathxr.runtime.slot import Deadline, Queue
+from cathxr.runtime.queues import Deadline, Queue
 from cathxr.runtime.supervisor import DeviceThread, Meter, RetryPolicy
 
 _log = logging.getLogger(__name__)

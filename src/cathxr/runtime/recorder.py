@@ -16,7 +16,7 @@ from typing import Protocol
 from cathxr.core import Clock, Event, Health, Image, Observation, Reading, Track
 from cathxr.runtime.fanout import sentence
 from cathxr.runtime.moment import Moment
-from cathxr.runtime.slot import Queue
+from cathxr.runtime.queues import Queue
 
 RESET_EVENT = "tracker_reset"
 _ITEMS_BOUND = 8192

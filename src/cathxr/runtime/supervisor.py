@@ -14,7 +14,7 @@ from typing import Generic, Protocol, TypeVar
 
 from cathxr.core import Clock, DeviceLost, EndOfStream, Health, Source
 from cathxr.runtime.fanout import sentence
-from cathxr.runtime.slot import Deadline
+from cathxr.runtime.queues import Deadline
 
 STALL_S = 5.0
 _READ_TIMEOUT_S = 0.2

@@ -1,7 +1,5 @@
 """The `model` method: two measured midlines in, one catheter in space out."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
@@ -20,13 +18,6 @@ _MATCH_SIGMA_MM = 0.25
 _CORRELATION = 1.1
 """Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of
 sigma. With it, and no calibration error, error / sigma is about 0.8 on the twin's smooth, noisy and faint scenes."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Shape:
-    """dense (N, 3) mm from the tip to the entry."""
-
-    dense: FloatArray
 
 
 class ModelTracker:
@@ -66,21 +57,21 @@ class ModelTracker:
             return self._continuity.lost(observation, result)
         shape, sigma = result
         roll = observation.roll_rad
-        pose = tip_pose(shape.dense, zero_direction=self._zero, roll_rad=roll or 0.0)
+        pose = tip_pose(shape, zero_direction=self._zero, roll_rad=roll or 0.0)
         return self._continuity.tracked(
             Track(
                 seq=observation.seq,
                 t_ns=observation.t_ns,
                 status=Status.TRACKED,
-                shape_box=resampled(shape.dense, self._points),
+                shape_box=resampled(shape, self._points),
                 box_from_tip=pose,
                 roll_rad=roll,
                 sigma_mm=sigma,
             )
         )
 
-    def _solved(self, detections: list[Detection]) -> tuple[_Shape, float] | str:
-        """Return the shape and sigma_mm, or why there is none."""
+    def _solved(self, detections: list[Detection]) -> tuple[FloatArray, float] | str:
+        """Return the centreline (N, 3) mm, tip first, with sigma_mm, or why there is none."""
         try:
             rays = [camera.ray(each.curve_px) for camera, each in zip(self._cameras, detections, strict=True)]
         except ValueError:
@@ -112,8 +103,8 @@ class ModelTracker:
     def _in_front(self, points: FloatArray) -> bool:
         return all(bool((camera.to_camera(points)[:, 2] > 1.0).all()) for camera in self._cameras)
 
-    def _shape(self, fit: CurveFit) -> _Shape | str:
-        """Return the curve from the tip (one radius beyond the cap's centre) to the entry at x = 0."""
+    def _shape(self, fit: CurveFit) -> FloatArray | str:
+        """Return the curve (N, 3) mm from the tip (one radius beyond the cap's centre) to the entry at x = 0."""
         curve = fit.points(np.linspace(0.0, 1.0, _DENSE))
         outwards = curve[0] - curve[1]
         tip = curve[0] + self._radius * outwards / np.linalg.norm(outwards)
@@ -137,7 +128,7 @@ class ModelTracker:
         distinct[-1] = True
         if np.linalg.norm(dense[-1] - dense[-2]) <= 1e-6:
             distinct[-2] = False
-        return _Shape(dense[distinct])
+        return np.asarray(dense[distinct], dtype=np.float64)
 
     def _sigma_mm(self, fit: CurveFit) -> float:
         """Return the root of the trace of the tip's covariance: pictures, prior and calibration."""

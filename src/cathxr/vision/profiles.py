@@ -103,12 +103,3 @@ def cross(
         start = middle
         level = 0.5 * own
     return start + 0.5 * (right - left), right + left, own, 0.5 * (slope_left + slope_right)
-
-
-@njit(cache=True, nogil=True)
-def crosses(matte: MatteArray, points: FloatArray, normals: FloatArray, width: float, plateau: float) -> FloatArray:
-    """Return (N, 4): offset, width, plateau, slope of `cross` at each point (N, 2) along its normal (N, 2)."""
-    result = np.empty((len(points), 4))
-    for i in range(len(points)):
-        result[i] = cross(matte, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width, plateau)
-    return result

@@ -1,4 +1,4 @@
-"""What joins the threads: a Slot where the newest wins, and a Queue with a bound. Both count what they lose."""
+"""What joins the threads: bounded queues that count what they lose. One with a bound of one is a slot."""
 
 import time
 from collections import deque
@@ -8,46 +8,11 @@ from typing import Generic, TypeVar
 Item = TypeVar("Item")
 
 
-class Slot(Generic[Item]):
-    """Holds one item; a newer one replaces it. For whoever wants the present and not the past."""
-
-    def __init__(self) -> None:
-        self._changed = Condition()
-        self._items: list[Item] = []
-        self._losses = 0
-        self._closed = False
-
-    def put(self, item: Item) -> None:
-        """Make `item` the one to be taken next. Never blocks."""
-        with self._changed:
-            if self._closed:
-                return
-            self._losses += len(self._items)
-            self._items[:] = [item]
-            self._changed.notify()
-
-    def get(self, timeout_s: float) -> Item | None:
-        """Return and remove the item, None when none came in `timeout_s` or the slot is closed and empty."""
-        with self._changed:
-            if not self._items and not self._closed:
-                self._changed.wait_for(lambda: bool(self._items) or self._closed, max(0.0, timeout_s))
-            return self._items.pop() if self._items else None
-
-    def close(self) -> None:
-        """Take nothing more and wake whoever waits."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
-
-    @property
-    def losses(self) -> int:
-        """How many items were replaced before anyone took them."""
-        with self._changed:
-            return self._losses
-
-
 class Queue(Generic[Item]):
-    """Holds up to `bound` items in order. When full, the oldest goes, or the new one is refused (`keep_oldest`)."""
+    """Holds up to `bound` items in order. When full, the oldest goes, or the new one is refused (`keep_oldest`).
+
+    With a bound of one the newest wins: for whoever wants the present and not the past.
+    """
 
     def __init__(self, bound: int, *, keep_oldest: bool = False) -> None:
         if bound < 1:

@@ -1,17 +1,17 @@
-"""Slot and Queue: the newest wins, the bound holds, losses are counted, and whoever waits is woken."""
+"""Queues: the newest wins, the bound holds, losses are counted, and whoever waits is woken."""
 
 import threading
 
 import pytest
 
-from cathxr.runtime.slot import Deadline, Queue, Slot
+from cathxr.runtime.queues import Deadline, Queue
 
 LONG_S = 30.0
 """Only ever waited for by a test that fails."""
 
 
 def test_the_newest_wins_and_losses_are_counted() -> None:
-    slot: Slot[int] = Slot()
+    slot: Queue[int] = Queue(1)
     for number in range(5):
         slot.put(number)
     assert slot.get(0.0) == 4
@@ -20,7 +20,7 @@ def test_the_newest_wins_and_losses_are_counted() -> None:
 
 
 def test_a_waiting_thread_gets_what_comes() -> None:
-    slot: Slot[str] = Slot()
+    slot: Queue[str] = Queue(1)
     got: list[str | None] = []
     thread = threading.Thread(target=lambda: got.append(slot.get(LONG_S)))
     thread.start()
@@ -29,9 +29,9 @@ def test_a_waiting_thread_gets_what_comes() -> None:
     assert got == ["now"]
 
 
-@pytest.mark.parametrize("kind", [Slot, lambda: Queue(3)])
-def test_closing_wakes_whoever_waits(kind: type[Slot[int]]) -> None:
-    box = kind()
+@pytest.mark.parametrize("bound", [1, 3])
+def test_closing_wakes_whoever_waits(bound: int) -> None:
+    box: Queue[int] = Queue(bound)
     got: list[int | None] = []
     thread = threading.Thread(target=lambda: got.append(box.get(LONG_S)))
     thread.start()

@@ -1,12 +1,12 @@
 """The `cathxr` command: its sub-commands, and nothing else. The only composition root with `live_parts`."""
 
-import importlib
 import logging
 import os
 
 import click
 
 from cathxr import __version__
+from cathxr.app.lazy_group import LazyGroup
 
 # The fit solves many small systems: threads inside the linear algebra only get in each other's way there.
 for _library in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
@@ -18,30 +18,16 @@ _COMMANDS = {
     "record": ("record_command", "record", "Record a session without a page."),
     "replay": ("replay_command", "replay", "Play a session on the page, or check that it replays exactly."),
     "export": ("export_command", "export", "Give a session out in another form."),
+    "calibrate": ("calibrate_command", "calibrate", "Measure the rig: lenses, poses, timing; check what was measured."),
     "bench": ("bench_command", "bench", "Measure speed, latency, load and accuracy on this machine."),
 }
 
 
-class _LazyGroup(click.Group):
-    """Imports a sub-command's module only when it is asked for: `cathxr --help` answers at once."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(_COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in _COMMANDS:
-            return None
-        module, name, _ = _COMMANDS[cmd_name]
-        command = getattr(importlib.import_module(f"cathxr.app.{module}"), name)
-        assert isinstance(command, click.Command)
-        return command
-
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, summary) for name, (_, _, summary) in _COMMANDS.items()])
-
-
-@click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(
+    cls=LazyGroup,
+    commands_of=_COMMANDS,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+)
 @click.version_option(__version__, "-V", "--version", prog_name="cathxr")
 @click.option("-v", "--verbose", count=True, help="Say more (-vv: everything) on the console's error output.")
 def main(verbose: int) -> None:

@@ -15,12 +15,15 @@ class Provenance:
     """How a group of values was measured. Every field is optional: what is unknown is absent.
 
     std: standard deviation of each named value of the group (same shape and unit as the value).
-    covariance (6, 6): of a pose a_from_b, for rotation (rad) then translation (mm) in frame a: R' = exp(rotation) R,
-    t' = t + translation.
+    covariance: of a pose a_from_b (6, 6), for rotation (rad) then translation (mm) in frame a: R' = exp(rotation) R,
+    t' = t + translation; of intrinsics (9, 9), for focal x y, centre x y, k1 k2 p1 p2 k3.
+    covariance_with_intrinsics (6, 9): of a camera's pose with its intrinsics. A pose found through a lens that is not
+    exactly known carries the lens's error along, so that where the fiducials were the two cancel.
     """
 
     std: Mapping[str, FloatArray] = field(default_factory=lambda: MappingProxyType({}))
     covariance: FloatArray | None = None
+    covariance_with_intrinsics: FloatArray | None = None
     rms_px: float | None = None
     n: int | None = None
     date: str | None = None
@@ -28,7 +31,11 @@ class Provenance:
 
     def __post_init__(self) -> None:
         if self.covariance is not None:
-            object.__setattr__(self, "covariance", checked("covariance", self.covariance, (6, 6)))
+            size = 9 if np.shape(self.covariance) == (9, 9) else 6
+            object.__setattr__(self, "covariance", checked("covariance", self.covariance, (size, size)))
+        if self.covariance_with_intrinsics is not None:
+            cross = checked("covariance_with_intrinsics", self.covariance_with_intrinsics, (6, 9))
+            object.__setattr__(self, "covariance_with_intrinsics", cross)
 
 
 @dataclass(frozen=True, eq=False)

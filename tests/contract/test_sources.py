@@ -4,18 +4,21 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pytest
 
 from cathxr.app.plugins import CAMERAS, ENCODERS, available, load, make_camera, make_encoder
 from cathxr.core import ConfigError, DeviceError, DeviceNotFound, EndOfStream, Image, Reading, Rig, Source, Track
 from cathxr.devices.clock import ManualClock
+from cathxr.devices.encoder_fake import FakeBoard, FakePort
 from cathxr.runtime.replay import ReplaySource
+from cathxr.twin.board_camera import TwinBoardCamera
 
 PERIOD_NS = 40_000_000
 """The longest period of anything here: the video's and the session's."""
 
 DRIVERS = [(group, name) for group in (CAMERAS, ENCODERS) for name in available(group)]
-SOURCES = [*DRIVERS, ("source", "replay")]
+SOURCES = [*DRIVERS, ("source", "replay"), ("source", "twin board")]
 Make = Callable[[], Source[Any]]
 
 
@@ -23,6 +26,11 @@ Make = Callable[[], Source[Any]]
 def made(request: pytest.FixtureRequest, small_rig: Rig, clock: ManualClock) -> Source[Any]:
     """A closed source of each kind. A driver of somebody else's is tried without options."""
     group, name = request.param
+    if name == "twin board":
+        texture = np.full((76, 76), 255, np.uint8)
+        texture[16:60, 16:38] = 0
+        options = {"texture": texture, "px_per_mm": 1.0, "offset_mm": (8.0, 8.0)}
+        return TwinBoardCamera(small_rig, "top", clock=clock, options=options)
     if group == "source":
         return ReplaySource(request.getfixturevalue("session"), clock=clock, tracker=None)
     options: dict[str, Any] = {}
@@ -30,6 +38,9 @@ def made(request: pytest.FixtureRequest, small_rig: Rig, clock: ManualClock) -> 
         options = {"device": str(request.getfixturevalue("video"))}
     if group == CAMERAS:
         return make_camera(name, small_rig, "top", clock=clock, options=options)
+    if name == "serial":
+        board = FakeBoard(lambda t_ns: t_ns // 10_000_000, start_ns=clock.now_ns())
+        options = {"port": "fake", "open_port": FakePort(board, clock).open}
     return make_encoder(name, small_rig, clock=clock, options=options)
 
 
@@ -62,7 +73,7 @@ def items(source: Source[Any], count: int) -> list[Any]:
 def test_the_built_in_drivers_are_found() -> None:
     # They are declared in pyproject.toml like anyone's: this fails where cathxr is not installed.
     assert set(available(CAMERAS)) >= {"twin", "opencv"}
-    assert set(available(ENCODERS)) >= {"twin"}
+    assert set(available(ENCODERS)) >= {"twin", "serial"}
 
 
 def test_numbers_and_instants_increase(source: Source[Any]) -> None:

@@ -127,4 +127,4 @@ def test_mistakes_are_named() -> None:
     with pytest.raises(ConfigError, match="no camera 'side'"):
         CameraRenderer(TwinWorld(RIG), "side")
     with pytest.raises(ConfigError, match=r"no \[markers\]"):
-        CameraRenderer(TwinWorld(dataclasses.replace(RIG, markers={}), settings=TwinSettings(pillars=True)), "top")
+        CameraRenderer(TwinWorld(dataclasses.replace(RIG, markers={}), settings=TwinSettings(pillars="both")), "top")

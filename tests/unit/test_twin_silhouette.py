@@ -172,35 +172,6 @@ def test_rolling_shutter_shows_every_row_at_its_own_instant() -> None:
     assert moved > 0.15, "this pose must move, or nothing is tested"
 
 
-@pytest.mark.parametrize("camera", ["top", "front"])
-def test_fiducials_are_where_the_rig_says(camera: str) -> None:
-    rig = rig_of()
-    settings = dataclasses.replace(
-        BARE, catheter=False, pillars=True, front_light=0.9, back_light=0.3, lens_blur_px=0.7, exposure_ms=4.0
-    )
-    picture = CameraRenderer(TwinWorld(rig, seed=1, settings=settings), camera).picture(0).astype(np.float64)
-    model = CameraModel.of(rig.cameras[camera])
-    strongest = {"red": (2,), "green": (1,), "blue": (0,), "yellow": (1, 2)}
-    for marker in rig.markers[camera]:
-        # The centre of a disc's picture is not the picture of its centre: compare with the disc's own outline.
-        normal = np.eye(3)[2 if camera == "top" else 1]
-        turn = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
-        first, second = np.eye(3)[0], np.cross(normal, np.eye(3)[0])
-        rim = model.project(marker.position_mm + 3.0 * (np.cos(turn)[:, None] * first + np.sin(turn)[:, None] * second))
-        moments = cv2.moments(rim.astype(np.float32)[:, None])
-        expected = np.array([moments["m10"], moments["m01"]]) / moments["m00"]
-        left, top = np.floor(rim.min(axis=0)).astype(int) - 3
-        right, bottom = np.ceil(rim.max(axis=0)).astype(int) + 4
-        patch = picture[top:bottom, left:right]
-        colour = patch[..., strongest[marker.colour]].mean(axis=-1) - patch.min(axis=-1)
-        colour -= np.median(np.concatenate([colour[:2].ravel(), colour[-2:].ravel()]))
-        colour[colour < 0.02 * colour.max()] = 0.0
-        v, u = np.mgrid[top:bottom, left:right]
-        found = np.array([(colour * u).sum(), (colour * v).sum()]) / colour.sum()
-        # 5 x 5 rays a rim pixel on a rim of 75 px: a thousandth of a pixel; 8 bits and the cut-off: a few hundredths.
-        assert np.abs(found - expected).max() < 0.05
-
-
 def test_ray_table_is_the_camera_model_at_every_pixel() -> None:
     model = CameraModel.of(rig_of().cameras["top"])
     table = ray_table(model)

@@ -39,12 +39,21 @@ class EncoderConfig(_Section):
     options: dict[str, Any] = {}
 
 
+class StampErrorsConfig(_Section):
+    """How late the simulated devices' stamps are, s, before the rig's [timing] is subtracted; None: as the rig says."""
+
+    top: Annotated[float, Field(ge=-10, le=10)] | None = None
+    front: Annotated[float, Field(ge=-10, le=10)] | None = None
+    encoder: Annotated[float, Field(ge=-10, le=10)] | None = None
+
+
 class TwinConfig(_Section):
-    """The digital twin: a scene's name, a seed, and the pictures' rate (None: the rig's, at most 30)."""
+    """The digital twin: a scene's name, a seed, the pictures' rate (None: the rig's, at most 30), wrong stamps."""
 
     scene: str = "smooth"
     seed: Annotated[int, Field(ge=0)] = 0
     rate_hz: Annotated[float, Field(gt=0, le=240)] | None = None
+    stamp_error_s: StampErrorsConfig = StampErrorsConfig()
 
 
 class TrackingConfig(_Section):

@@ -68,12 +68,15 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     seed = config.twin.seed
     rig = read_rig(Path(config.rig)) if config.rig else true_rig(example_rig(), seed)
     world = TwinWorld(rig, seed=seed, settings=scene(config.twin.scene), start_ns=clock.now_ns())
-    options: dict[str, Any] = {"world": world}
-    camera_options = dict(options)
-    if config.twin.rate_hz is not None:
-        camera_options["rate_hz"] = config.twin.rate_hz
-    cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=camera_options) for name in rig.cameras}
-    encoder = make_encoder(TWIN, rig, clock=clock, options=options) if rig.roll is not None else None
+    options: dict[str, dict[str, Any]] = {
+        name: {"world": world, "stamp_error_s": getattr(config.twin.stamp_error_s, name, None)}
+        for name in (*rig.cameras, "encoder")
+    }
+    for name in rig.cameras:
+        if config.twin.rate_hz is not None:
+            options[name]["rate_hz"] = config.twin.rate_hz
+    cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=options[name]) for name in rig.cameras}
+    encoder = make_encoder(TWIN, rig, clock=clock, options=options["encoder"]) if rig.roll is not None else None
     optical = _optical(config, rig, cameras, encoder, clock)
     live = LiveOptions(
         world=world,

@@ -62,7 +62,7 @@ def draw_clutter(balls, shine, passed, added, window):  # type: ignore[no-untype
     """Darken passed (H, W) and brighten added (H, W, 3) where balls (N, 6) are; widen window (4,) to hold them.
 
     A speck is opaque. A bubble in water bends the back-light away at its rim and lets it through in the middle, with a
-    small reflection of strength `shine`, DN.
+    small reflection of strength `shine` (3,), DN.
     """
     height, width = passed.shape
     for k in range(balls.shape[0]):
@@ -86,9 +86,9 @@ def draw_clutter(balls, shine, passed, added, window):  # type: ignore[no-untype
                 if balls[k, 3] > 0.0:
                     cover *= 0.25 + 0.7 / (1.0 + np.exp(-(off / radius - 0.6) * 12.0))
                     near = ((column - u + 0.35 * radius) ** 2 + (row - v + 0.35 * radius) ** 2) / (0.2 * radius) ** 2
-                    glint = shine * np.exp(-0.5 * near)
-                if cover < 2e-3 and glint < 0.1:
+                    glint = np.exp(-0.5 * near)
+                if cover < 2e-3 and glint < 1e-3:
                     continue
                 passed[row, column] *= 1.0 - cover
                 for c in range(3):
-                    added[row, column, c] = added[row, column, c] * (1.0 - cover) + glint + 1e-6
+                    added[row, column, c] = added[row, column, c] * (1.0 - cover) + glint * shine[c] + 1e-6

@@ -8,61 +8,16 @@ from typing import Any, Self
 
 import numpy as np
 
-from cathxr.core import Clock, ConfigError, DeviceError, Image, Reading, Rig
+from cathxr.core import Clock, ConfigError, Image, Reading, Rig
 from cathxr.twin.placement import true_rig
 from cathxr.twin.render import CameraRenderer
 from cathxr.twin.scenes import scene
 from cathxr.twin.settings import TwinSettings
+from cathxr.twin.timed import NS, Timed
 from cathxr.twin.world import TwinWorld
 
 _USUAL_RATE_HZ = 30.0
-_NS = 1_000_000_000
-_KNOWN = ("world", "seed", "scene", "settings", "rate_hz", "off_nominal", "start_ns")
-
-
-class _Timed:
-    """Something that comes due at even instants of a clock; whoever comes late gets the newest and the rest is lost."""
-
-    def __init__(self, clock: Clock, *, origin_ns: int, rate_hz: float, ready_ns: int) -> None:
-        self.losses = 0
-        self._clock, self._origin_ns, self._rate_hz, self._ready_ns = clock, origin_ns, rate_hz, ready_ns
-        self._first: int | None = None
-        self._next = 0
-
-    def start(self) -> None:
-        """Begin with the first instant that is still to come."""
-        self._first = self._next = self._newest() + 1
-
-    def stop(self) -> None:
-        """Be closed."""
-        self._first = None
-
-    def due(self, deadline_ns: int) -> tuple[int, int] | None:
-        """Return seq and instant of what comes due next, waiting until the deadline; None when nothing does.
-
-        Raises:
-            DeviceError: it is not open.
-        """
-        if self._first is None:
-            raise DeviceError("The simulated device is read before it is opened: use it in a with statement.")
-        newest = self._newest()
-        if newest > self._next:
-            self.losses += newest - self._next
-            self._next = newest
-        ready_ns = self.instant_ns(self._next) + self._ready_ns
-        if ready_ns > deadline_ns:
-            self._clock.wait_until_ns(deadline_ns)
-            return None
-        self._clock.wait_until_ns(ready_ns)
-        index, self._next = self._next, self._next + 1
-        return index - self._first, self.instant_ns(index)
-
-    def instant_ns(self, index: int) -> int:
-        """Return the instant that an index stands for."""
-        return self._origin_ns + round(index * _NS / self._rate_hz)
-
-    def _newest(self) -> int:
-        return int(np.floor((self._clock.now_ns() - self._ready_ns - self._origin_ns) * self._rate_hz / _NS))
+_KNOWN = ("world", "seed", "scene", "settings", "rate_hz", "off_nominal", "start_ns", "stamp_error_s")
 
 
 class TwinCamera:
@@ -70,8 +25,10 @@ class TwinCamera:
 
     options: `world`, a shared TwinWorld; or, for a world of its own, `seed` (0), `scene` (a name), `settings`
     (TwinSettings, or a mapping of fields to change), `off_nominal` (move the rig's cameras by seed: see `true_rig`),
-    `start_ns` (0). `rate_hz`: the rig's, at most 30, unless given. Pictures are stamped mid-exposure and come when
-    exposure and read-out are over. `seq` counts instants, so that a lost picture leaves a gap.
+    `start_ns` (0). `rate_hz`: the rig's, at most 30, unless given. `stamp_error_s`: how late the device's own stamps
+    are; from them the driver subtracts what the rig's [timing] says of this camera, as any driver does, so that a rig
+    that has not been measured gives wrong stamps. Unless given, the rig is right and pictures are stamped mid-exposure.
+    They come when exposure and read-out are over. `seq` counts instants, so that a lost picture leaves a gap.
     """
 
     def __init__(self, rig: Rig, camera: str, *, clock: Clock, options: Mapping[str, Any]) -> None:
@@ -82,10 +39,13 @@ class TwinCamera:
         self._clock = clock
         self._renderer: CameraRenderer | None = None
         settings = self.world.settings
-        rate_hz = _rate(options, default=min(rig.cameras[camera].rate_hz, _USUAL_RATE_HZ))
+        rate_hz = rate_of(options, default=min(rig.cameras[camera].rate_hz, _USUAL_RATE_HZ))
+        timing = rig.timing
+        known_s = timing.top_latency_s if camera == "top" else timing.front_latency_s + timing.front_offset_s
+        self._stamp_off_ns = _stamp_off_ns(options, known_s=known_s)
         skew_ns = round(settings.front_skew_ms * 1e6) if camera == "front" else 0
         ready_ns = round(0.5e6 * (settings.exposure_ms + settings.readout_ms))
-        self._timed = _Timed(clock, origin_ns=self.world.start_ns + skew_ns, rate_hz=rate_hz, ready_ns=ready_ns)
+        self._timed = Timed(clock, origin_ns=self.world.start_ns + skew_ns, rate_hz=rate_hz, ready_ns=ready_ns)
 
     @property
     def losses(self) -> int:
@@ -110,14 +70,14 @@ class TwinCamera:
         Raises:
             DeviceError: the camera is not open.
         """
-        deadline_ns = self._clock.now_ns() + round(timeout_s * _NS)
+        deadline_ns = self._clock.now_ns() + round(timeout_s * NS)
         while (due := self._timed.due(deadline_ns)) is not None:
             seq, t_ns = due
             if self._dropped(t_ns):
                 self._timed.losses += 1
                 continue
             assert self._renderer is not None, "an open camera has a renderer"
-            return Image(self.camera, seq, t_ns, self._renderer.picture(t_ns))
+            return Image(self.camera, seq, t_ns + self._stamp_off_ns, self._renderer.picture(t_ns))
         return None
 
     def _dropped(self, t_ns: int) -> bool:
@@ -141,8 +101,9 @@ class TwinEncoder:
         self._clock = clock
         self._roll = rig.roll
         settings = self.world.settings
-        rate_hz = _rate(options, default=settings.encoder_rate_hz)
-        self._timed = _Timed(clock, origin_ns=self.world.start_ns, rate_hz=rate_hz, ready_ns=0)
+        rate_hz = rate_of(options, default=settings.encoder_rate_hz)
+        self._stamp_off_ns = _stamp_off_ns(options, known_s=rig.timing.encoder_latency_s)
+        self._timed = Timed(clock, origin_ns=self.world.start_ns, rate_hz=rate_hz, ready_ns=0)
         self._play_rad = np.deg2rad(settings.encoder_backlash_deg)
         self._followed_rad: float | None = None
 
@@ -167,11 +128,11 @@ class TwinEncoder:
         Raises:
             DeviceError: the encoder is not open.
         """
-        due = self._timed.due(self._clock.now_ns() + round(timeout_s * _NS))
+        due = self._timed.due(self._clock.now_ns() + round(timeout_s * NS))
         if due is None:
             return None
         seq, t_ns = due
-        return Reading(seq, t_ns, self._count(np.deg2rad(self.world.controls(t_ns).roll_deg)))
+        return Reading(seq, t_ns + self._stamp_off_ns, self._count(np.deg2rad(self.world.controls(t_ns).roll_deg)))
 
     def _count(self, roll_rad: float) -> int:
         """Return the count that the gears pass on: they follow only when their play is used up."""
@@ -198,7 +159,7 @@ def world_of(rig: Rig, options: Mapping[str, Any]) -> TwinWorld:
         return world
     settings = options.get("settings")
     if not isinstance(settings, TwinSettings):
-        settings = _changed(scene(options.get("scene", "smooth")), settings or {})
+        settings = changed_settings(scene(options.get("scene", "smooth")), settings or {})
     seed = int(options.get("seed", 0))
     rig_true = true_rig(rig, seed) if options.get("off_nominal", False) else rig
     try:
@@ -207,7 +168,12 @@ def world_of(rig: Rig, options: Mapping[str, Any]) -> TwinWorld:
         raise ConfigError(f"The twin cannot be set up like that: {error}.") from error
 
 
-def _changed(settings: TwinSettings, changes: Mapping[str, Any]) -> TwinSettings:
+def changed_settings(settings: TwinSettings, changes: Mapping[str, Any]) -> TwinSettings:
+    """Return the settings with some fields changed.
+
+    Raises:
+        ConfigError: a field that there is not, or a value that cannot be.
+    """
     known = {each.name for each in dataclasses.fields(TwinSettings)}
     unknown = sorted(set(changes) - known)
     if unknown:
@@ -218,8 +184,23 @@ def _changed(settings: TwinSettings, changes: Mapping[str, Any]) -> TwinSettings
         raise ConfigError(f"The twin's settings cannot be used: {error}.") from error
 
 
-def _rate(options: Mapping[str, Any], *, default: float) -> float:
+def rate_of(options: Mapping[str, Any], *, default: float) -> float:
+    """Return the option rate_hz, else the default.
+
+    Raises:
+        ConfigError: it is not a positive number.
+    """
     rate_hz = float(options.get("rate_hz", default))
     if not (np.isfinite(rate_hz) and rate_hz > 0):
         raise ConfigError(f"The twin's option rate_hz must be a positive number, not {rate_hz}.")
     return rate_hz
+
+
+def _stamp_off_ns(options: Mapping[str, Any], *, known_s: float) -> int:
+    """Return by how much stamps are off: the device's own error less the latency that the rig states for it."""
+    error_s = options.get("stamp_error_s")
+    if error_s is None:
+        return 0
+    if not (isinstance(error_s, int | float) and np.isfinite(error_s) and abs(error_s) <= 10.0):
+        raise ConfigError(f"The twin's option stamp_error_s must be a number of at most 10 seconds, not {error_s!r}.")
+    return round((error_s - known_s) * NS)

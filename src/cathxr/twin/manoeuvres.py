@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from cathxr.core import FloatArray
-from cathxr.twin.motion import Harmonics, Motion
+from cathxr.twin.motion import Harmonics, Modulated, Motion
 
 _Maker = Callable[[np.random.Generator], Motion]
 
@@ -89,6 +89,20 @@ def _flexion(rng: np.random.Generator) -> Motion:
     return _waves(rng, base, np.array([0.0, 0.0, 100.0, 60.0]), periods_s=(7.0, 12.0))
 
 
+def _timing(rng: np.random.Generator) -> Motion:
+    # The bent tip goes to and fro along x, which both cameras see, and swings with the roll, which the encoder reads:
+    # each in its own rhythm, between 0.4 and 1 Hz and never quite the same, so that only one delay fits.
+    base = np.array([rng.uniform(74.0, 80.0), rng.choice([-135.0, -45.0, 45.0, 135.0]), rng.uniform(55.0, 75.0), 0.0])
+    return Modulated(
+        base=base,
+        amplitude=np.array([11.0, 42.0, 0.0, 0.0]),
+        pulsation=2.0 * np.pi * np.array([rng.uniform(0.68, 0.72), rng.uniform(0.58, 0.62), 0.5, 0.5]),
+        depth=np.array([0.4, 0.36, 0.0, 0.0]),
+        swing=2.0 * np.pi / np.array([rng.uniform(5.0, 6.0), rng.uniform(6.5, 7.5), 9.0, 9.0]),
+        phase=rng.uniform(0.0, 2.0 * np.pi, size=4),
+    )
+
+
 _MAKERS: Mapping[str, _Maker] = MappingProxyType(
     {
         "smooth": _smooth,
@@ -101,6 +115,7 @@ _MAKERS: Mapping[str, _Maker] = MappingProxyType(
         "at_a_camera": _at_a_camera,
         "still": _still,
         "rest": _rest,
+        "timing": _timing,
     }
 )
 NAMES: tuple[str, ...] = tuple(_MAKERS)

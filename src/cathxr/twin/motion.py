@@ -45,6 +45,32 @@ class Harmonics:
 
 
 @dataclass(frozen=True, eq=False)
+class Modulated:
+    """A base (4,) plus one wave per control whose frequency itself swings, so that no stretch of it looks like another.
+
+    amplitude (4,); pulsation (4,) rad/s, its mean; depth (4,): the swing's share of it, under 1; swing (4,) rad/s, the
+    swing's own pulsation; phase (4,) rad.
+    """
+
+    base: FloatArray
+    amplitude: FloatArray
+    pulsation: FloatArray
+    depth: FloatArray
+    swing: FloatArray
+    phase: FloatArray
+
+    def at(self, t_s: float) -> FloatArray:
+        """Return (3, 4); see `Motion`."""
+        turn = self.swing * t_s
+        lead = self.depth * self.pulsation
+        angle = self.pulsation * t_s - lead / self.swing * np.cos(turn) + self.phase
+        rate = self.pulsation + lead * np.sin(turn)
+        change = lead * self.swing * np.cos(turn)
+        sine, cosine = self.amplitude * np.sin(angle), self.amplitude * np.cos(angle)
+        return np.stack([self.base + sine, rate * cosine, change * cosine - rate * rate * sine])
+
+
+@dataclass(frozen=True, eq=False)
 class Follow:
     """A goal's motion plus an offset that dies away like a critically damped third-order system.
 

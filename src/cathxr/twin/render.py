@@ -45,7 +45,11 @@ class CameraRenderer:
         self._rays = ray_table(self.model)
         self._lens = lens_numbers(self.model)
         static = static_picture(
-            self.model, self._rays, static_scene(world.rig_true, self.settings), self.settings, seed=seed
+            self.model,
+            self._rays,
+            static_scene(world.rig_true, self.settings, seed=world.seed),
+            self.settings,
+            seed=seed,
         )
         self._depth = static.depth_mm
         spots = self.settings.glare_spots > 0
@@ -64,7 +68,7 @@ class CameraRenderer:
         self._coverage = np.zeros((height, width), np.float32)
         self._passed = np.ones((height, width), np.float32)
         self._added = np.zeros((height, width, 3), np.float32)
-        self._colours = np.array(self.settings.colours, dtype=np.float64)
+        self._colours = np.array(self.settings.colours, dtype=np.float64) * self.settings.cast
         tone = 255.0 * (np.arange(256) / 255.0) ** (1.0 / self.settings.gamma)
         self._tone = np.rint(tone).astype(np.uint8)
 
@@ -100,7 +104,8 @@ class CameraRenderer:
             self._draw_tube(t_ns, window)
         if len(self._clutter.radius_mm):
             balls = self._clutter.seen(self.model, (t_ns - self.world.start_ns) * 1e-9)
-            draw_clutter(balls, _FULL_SCALE * self.settings.front_light, self._passed, self._added, window)
+            shine = _FULL_SCALE * self.settings.front_light * np.array(self.settings.cast)
+            draw_clutter(balls, shine, self._passed, self._added, window)
         return window
 
     def _draw_tube(self, t_ns: int, window: NDArray[np.int64]) -> None:
@@ -126,7 +131,8 @@ class CameraRenderer:
             covered = np.asarray(blurred, dtype=np.float32)
         look = np.array([self.settings.transmission, _FULL_SCALE * self.settings.front_light, self.settings.specular])
         layers = self._passed[inside], self._added[inside]
-        _shade(covered, surface[inside], self._colours, self.settings.band_mm, look, *layers)
+        cast = np.array(self.settings.cast)
+        _shade(covered, surface[inside], self._colours, self.settings.band_mm, look, cast, *layers)
 
     def _cover(self, curves: FloatArray, per_row: float, open_for: float, window: NDArray[np.int64]) -> None:
         """Fill the scratch layer of coverage with the tube's silhouette, averaged over the exposure; widen `window`."""
@@ -193,7 +199,7 @@ class CameraRenderer:
 
 
 @njit(cache=True, nogil=True)
-def _shade(covered, surface, colours, band_mm, look, passed, added):  # type: ignore[no-untyped-def]
+def _shade(covered, surface, colours, band_mm, look, cast, passed, added):  # type: ignore[no-untyped-def]
     """Let the tube cover what is behind it and add its own light: matt, lit from the camera's side, with a shine."""
     transmission, front, specular = look
     for row in range(covered.shape[0]):
@@ -210,4 +216,4 @@ def _shade(covered, surface, colours, band_mm, look, passed, added):  # type: ig
             shine = 255.0 * specular * facing**24
             passed[row, column] *= 1.0 - cover * (1.0 - transmission)
             for c in range(3):
-                added[row, column, c] = cover * (matt * colours[band, c] + shine) + 1e-6
+                added[row, column, c] = cover * (matt * colours[band, c] + shine * cast[c]) + 1e-6

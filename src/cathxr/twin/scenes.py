@@ -9,6 +9,7 @@ from cathxr.twin.settings import WHITE, TwinSettings
 
 _RED, _BLUE, _YELLOW = (0.12, 0.12, 0.70), (0.65, 0.25, 0.10), (0.10, 0.75, 0.80)
 _WALL = TwinSettings(background="coloured", front_light=0.85, transmission=0.0, back_light=0.0)
+_FRONT_LIT = TwinSettings(catheter=False, back_light=0.32, front_light=0.85, specular=0.12)
 
 SCENES: Mapping[str, TwinSettings] = MappingProxyType(
     {
@@ -19,6 +20,7 @@ SCENES: Mapping[str, TwinSettings] = MappingProxyType(
         "curl": TwinSettings(manoeuvre="curl"),
         "full_range": TwinSettings(manoeuvre="full_range"),
         "at_a_camera": TwinSettings(manoeuvre="at_a_camera"),
+        "timing": TwinSettings(manoeuvre="timing"),
         "low_contrast": TwinSettings(transmission=0.78, specular=0.0),
         "translucent": TwinSettings(transmission=0.45),
         "noisy": TwinSettings(gain=8.0, read_noise_dn=4.0, back_light=0.5),
@@ -36,7 +38,9 @@ SCENES: Mapping[str, TwinSettings] = MappingProxyType(
         "dropouts": TwinSettings(drop_share=0.15),
         "empty": TwinSettings(catheter=False),
         "empty_wall": replace(_WALL, catheter=False),
-        "pillars": TwinSettings(catheter=False, pillars=True, back_light=0.32, front_light=0.85),
+        "pillars": replace(_FRONT_LIT, pillars="both"),
+        "pillar_top": replace(_FRONT_LIT, pillars="top"),
+        "pillar_front": replace(_FRONT_LIT, pillars="front"),
         "black_picture": TwinSettings(fault="black"),
         "white_picture": TwinSettings(fault="white"),
         "frozen_picture": TwinSettings(fault="frozen"),

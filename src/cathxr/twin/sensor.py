@@ -56,6 +56,25 @@ def expose(level, deviation, gain, bank, key, out):  # type: ignore[no-untyped-d
             target[i] = np.uint8(np.int32(min(max(value, np.float32(0.0)), top)))
 
 
+@njit(cache=True, nogil=True, fastmath=True)
+def expose_level(level, black, noise_of, bank, key, out):  # type: ignore[no-untyped-def]
+    """Fill out (H, 3 W) uint8 with a picture of light level (H, 3 W), DN, by the same noise law as `expose`.
+
+    black: the black level, DN; noise_of (2,): read noise DN, electrons per DN.
+    """
+    height, width = out.shape
+    read, per_dn = np.float32(noise_of[0] * noise_of[0]), np.float32(1.0 / noise_of[1])
+    to_noise, half, top = np.float32(1.0 / NOISE_STEPS), np.float32(0.5), np.float32(255.0)
+    zero, base = np.float32(0.0), np.float32(black)
+    for row in range(height):
+        start = int(_hashed(key, row) % np.uint64(bank.size - width))
+        line, noise, target = level[row], bank[start : start + width], out[row]
+        for i in range(width):
+            light = np.float32(line[i]) + base
+            value = light + np.sqrt(read + light * per_dn) * np.float32(noise[i]) * to_noise + half
+            target[i] = np.uint8(np.int32(min(max(value, zero), top)))
+
+
 @njit(cache=True, nogil=True)
 def expose_changed(table, veil, black, passed, added, window, gain, noise_of, bank, key, out):  # type: ignore[no-untyped-def]
     """Expose those pixels of a window of out (H, W, 3) that something moving changes, and clear the marks.

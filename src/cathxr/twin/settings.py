@@ -9,6 +9,7 @@ BLACK: Colour = (0.075, 0.07, 0.07)
 WHITE: Colour = (0.86, 0.88, 0.88)
 
 _BACKGROUNDS = ("back_lit", "coloured")
+_PILLARS = ("none", "top", "front", "both")
 _FAULTS = ("", "black", "white", "frozen")
 _SHARES = (
     "transmission",
@@ -20,6 +21,8 @@ _SHARES = (
     "white_balance_drift",
     "glare_level",
     "drop_share",
+    "front_unevenness",
+    "occlusion_share",
 )
 _NOT_NEGATIVE = (
     "back_light",
@@ -27,6 +30,7 @@ _NOT_NEGATIVE = (
     "band_mm",
     "flicker_hz",
     "glare_spots",
+    "coloured_clutter",
     "debris",
     "bubbles",
     "exposure_ms",
@@ -55,15 +59,19 @@ class TwinSettings:
         vignetting: loss in the picture's corner. unevenness: slow variation of the diffuser, by seed.
         background: "back_lit", or "coloured" for a static, matt, front-lit wall.
         flicker: amplitude of the lamp's flicker at flicker_hz. exposure_drift, white_balance_drift: slow gain changes.
-        glare_spots: reflections on the window, each of strength glare_level.
+        front_unevenness: slow variation of the front light over the picture, by seed. cast: gains of all light in blue,
+        green, red. glare_spots: reflections on the window, each of strength glare_level.
     Lens and sensor:
         exposure_ms: open time of each row. readout_ms: from the first row to the last (0: global shutter).
         lens_blur_px: standard deviation of the lens's point spread. gain: multiplies the noise; the light is taken to
         be set so that the picture is as bright. electrons_per_dn: at gain 1. gamma: 1 is a linear camera.
         jpeg_quality: 1 to 100 for a camera that sends MJPG, None for raw.
     Things in the box:
-        inlet: the block that the catheter comes out of. wall: the dark end wall that carries it. pillars: the crosses
-        with the rig's colour fiducials. debris, bubbles: how many drift through.
+        inlet: the block that the catheter comes out of. wall: the dark end wall that carries it. pillars: which
+        crosses with the rig's colour fiducials are in, "none", "top", "front" or "both". coloured_clutter: how many
+        small things of the fiducials' colours lie about beside the crosses. occluded_markers: names of fiducials with
+        a finger on them; occlusion_share: of the diameter, hidden from the cross's own camera (1: from everyone).
+        debris, bubbles: how many drift through.
     Delivery:
         drop_share: pictures that never arrive. front_skew_ms: the front camera exposes this much later.
         fault: "", "black", "white" or "frozen" pictures. encoder_backlash_deg: play of the gears, at the catheter.
@@ -86,6 +94,8 @@ class TwinSettings:
     flicker_hz: float = 100.0
     exposure_drift: float = 0.0
     white_balance_drift: float = 0.0
+    front_unevenness: float = 0.0
+    cast: Colour = (1.0, 1.0, 1.0)
     glare_spots: int = 0
     glare_level: float = 0.8
     exposure_ms: float = 4.0
@@ -98,7 +108,10 @@ class TwinSettings:
     gamma: float = 1.0
     jpeg_quality: int | None = None
     inlet: bool = True
-    pillars: bool = False
+    pillars: str = "none"
+    coloured_clutter: int = 0
+    occluded_markers: tuple[str, ...] = ()
+    occlusion_share: float = 1.0
     wall: bool = False
     debris: int = 0
     bubbles: int = 0
@@ -116,6 +129,9 @@ class TwinSettings:
         for name in _POSITIVE:
             _check(getattr(self, name) > 0, name, "a positive number", getattr(self, name))
         _check(self.background in _BACKGROUNDS, "background", f"one of {', '.join(_BACKGROUNDS)}", self.background)
+        _check(self.pillars in _PILLARS, "pillars", f"one of {', '.join(_PILLARS)}", self.pillars)
+        lit = len(self.cast) == 3 and all(0.1 <= part <= 3.0 for part in self.cast)
+        _check(lit, "cast", "three gains from 0.1 to 3 (blue, green, red)", self.cast)
         _check(self.fault in _FAULTS, "fault", "black, white, frozen or nothing", self.fault)
         quality = self.jpeg_quality
         _check(quality is None or 1 <= quality <= 100, "jpeg_quality", "1 to 100, or None for raw pictures", quality)

@@ -41,22 +41,28 @@ class CatheterState:
 class TwinWorld:
     """What is true in the simulated box. A pure function of seed and time until someone steers.
 
-    rig_true: the box as it really is. start_ns: the instant at which the scripted manoeuvre has run for 0 s.
+    rig_true: the box as it really is. start_ns: the instant at which the scripted manoeuvre has run for 0 s. motion:
+    what moves the catheter instead of the settings' manoeuvre.
     After steering, states of the last minute stay exact; older ones are forgotten. Any number of threads may read while
     one steers: what they read is replaced whole, never changed.
     """
 
     def __init__(
-        self, rig_true: Rig, *, seed: int = 0, settings: TwinSettings | None = None, start_ns: int = 0
+        self,
+        rig_true: Rig,
+        *,
+        seed: int = 0,
+        settings: TwinSettings | None = None,
+        start_ns: int = 0,
+        motion: Motion | None = None,
     ) -> None:
         self.rig_true = rig_true
         self.seed = seed
         self.settings = TwinSettings() if settings is None else settings
         self.start_ns = start_ns
         self.body = _body(rig_true, seed, self.settings)
-        self._epochs: tuple[tuple[int, Motion], ...] = (
-            (start_ns, manoeuvres.script(self.settings.manoeuvre, seed=seed)),
-        )
+        begun = manoeuvres.script(self.settings.manoeuvre, seed=seed) if motion is None else motion
+        self._epochs: tuple[tuple[int, Motion], ...] = ((start_ns, begun),)
 
     @property
     def manoeuvres(self) -> tuple[str, ...]:

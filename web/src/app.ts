@@ -2,6 +2,7 @@
 
 import type { EventMessage, HealthMessage, Hello, SceneDescription, ServerMessage, SessionMessage, TrackMessage } from "./generated/messages";
 import type { DebugHandle } from "./debug";
+import { linkAddress } from "./link/address";
 import { Commands } from "./link/commands";
 import type { LinkState } from "./link/link";
 import { Link } from "./link/link";
@@ -24,7 +25,7 @@ import { Stage } from "./ui/stage";
 import type { Actions } from "./ui/strokes";
 import { makeStrokes, wireViews } from "./ui/strokes";
 import { makeTabs } from "./ui/tabs";
-import { toast } from "./ui/toasts";
+import { toast, toastEvent } from "./ui/toasts";
 
 const PANEL_EVERY_MS = 100;
 const SCENE_RETRY_MS = 1500;
@@ -55,9 +56,7 @@ export class App {
 
   /** Throws Error when the browser gives no WebGL 2. */
   constructor(settings: Settings, private readonly errors: { readonly count: number }) {
-    const linkUrl = new URL("ws?protocol=1", document.baseURI);
-    linkUrl.protocol = linkUrl.protocol === "https:" ? "wss:" : "ws:";
-    this.link = new Link(linkUrl.href, {
+    this.link = new Link(linkAddress(document.baseURI), {
       onState: (state) => this.takeLinkState(state),
       onHello: (hello) => this.takeHello(hello),
       onMessage: (message) => this.take(message),
@@ -142,8 +141,8 @@ export class App {
     if (this.commands.takeEvent(event)) return;
     if (event.kind === "controls") {
       this.sliders.show(event.payload as Partial<Record<Control, number>>);
-    } else if (typeof event.payload["sentence"] === "string") {
-      toast(event.payload["sentence"], event.kind.includes("error") || event.kind.includes("failed") ? "bad" : "good");
+    } else {
+      toastEvent(event);
     }
   }
 

@@ -1,6 +1,6 @@
 import { describe, expect, it } from "vitest";
 import type { HealthMessage, TrackMessage } from "../src/generated/messages";
-import { degrees, duration, fixed, NO_VALUE, sentence } from "../src/maths/format";
+import { degrees, duration, fixed, NO_VALUE, sentence, withUnits } from "../src/maths/format";
 import { RateMeter, Recent } from "../src/maths/statistics";
 import { settingsFrom } from "../src/settings";
 import { TrackLog } from "../src/link/tracks";
@@ -19,6 +19,7 @@ describe("format", () => {
     expect(duration(3725.9)).toBe("1:02:05");
     expect(sentence("no catheter")).toBe("No catheter.");
     expect(sentence("")).toBe("");
+    expect(withUnits("to 0.4 % and 3 mm in 2 steps")).toBe("to 0.4\u00a0% and 3\u00a0mm in 2 steps");
   });
 });
 

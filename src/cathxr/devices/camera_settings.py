@@ -8,7 +8,7 @@ import cv2
 
 from cathxr.core import ConfigError, RigCamera
 
-_MANUAL_EXPOSURE_V4L2 = 1.0
+MANUAL_EXPOSURE_V4L2 = 1.0
 """V4L2_EXPOSURE_MANUAL; OpenCV passes V4L2's own menu value through."""
 
 
@@ -85,7 +85,7 @@ def apply_settings(capture: Capture, options: CameraOptions, camera: RigCamera, 
         *_set(capture, "rate", cv2.CAP_PROP_FPS, camera.rate_hz, tolerance=0.02 * camera.rate_hz),
         *_set(capture, "buffer", cv2.CAP_PROP_BUFFERSIZE, float(options.buffer), needed=backend == cv2.CAP_V4L2),
     ]
-    manual = _MANUAL_EXPOSURE_V4L2 if backend == cv2.CAP_V4L2 else 0.0
+    manual = MANUAL_EXPOSURE_V4L2 if backend == cv2.CAP_V4L2 else 0.0
     warnings += _set(capture, "manual exposure", cv2.CAP_PROP_AUTO_EXPOSURE, manual)
     warnings += _set(capture, "fixed focus", cv2.CAP_PROP_AUTOFOCUS, 0.0, needed=options.focus is not None)
     warnings += _set(capture, "fixed white balance", cv2.CAP_PROP_AUTO_WB, 0.0)

@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 
 _SYSFS = Path("/sys/class/video4linux")
+_LINKS = Path("/dev/v4l")
 _PROBED = 6
 
 
@@ -29,6 +30,24 @@ def list_cameras(*, sysfs: Path = _SYSFS) -> tuple[CameraDevice, ...]:
     if platform.system() == "Linux":
         return _linux(sysfs)
     return _probed()
+
+
+def stable_name(device: str | int, *, links: Path = _LINKS) -> str | int:
+    """Return a name of the device that stays when the computer starts again; `device` itself where there is none.
+
+    Linux numbers cameras in the order in which they answer. by-path names the socket that the cable is in, which also
+    tells two cameras of one model apart; by-id names the camera, but only one of two without serial numbers.
+    """
+    if isinstance(device, int):
+        return device
+    for folder in ("by-path", "by-id"):
+        try:
+            found = sorted(each for each in (links / folder).iterdir() if each.resolve() == Path(device).resolve())
+        except OSError:
+            continue
+        if found:
+            return str(found[0])
+    return device
 
 
 def listing_sentence(cameras: tuple[CameraDevice, ...]) -> str:

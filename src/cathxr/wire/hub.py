@@ -12,6 +12,7 @@ from cathxr.wire.convert import encode, event_message, health_message, track_mes
 from cathxr.wire.messages import CalibrationState, HealthMessage, SessionMessage
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pictures import Pictures
+from cathxr.wire.results import Results
 
 _log = logging.getLogger(__name__)
 
@@ -35,6 +36,7 @@ class Hub:
 
     def __init__(self) -> None:
         self.pictures = Pictures()
+        self.results = Results()
         self._lock = threading.Lock()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._woken = False
@@ -104,6 +106,14 @@ class Hub:
     def publish_picture(self, image: Image, *, seq: int) -> None:
         """Make `image` the newest of its camera. `seq`: the index of its pair, the same as its Track's."""
         self.pictures.publish(image, seq=seq)
+
+    def publish_result(self, name: str, png: bytes) -> str:
+        """Keep a picture of a result, and return its path on the server.
+
+        Raises:
+            ValueError: a name that is not lower-case letters, digits, - and _.
+        """
+        return self.results.put(name, png)
 
     def _wake(self) -> None:
         """Have the loop deliver, unless it is about to. Under the lock."""

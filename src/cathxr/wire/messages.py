@@ -208,7 +208,8 @@ class MarkerState(Message):
     colour: str
     pixel: Vector2 | None
     origin: Literal["found", "placed", "missing", "ambiguous"]
-    residual_px: float | None
+    residual: Vector2 | None = Field(description="Measured minus projected, px; null without a solution.")
+    residual_px: float | None = Field(description="Its length.")
 
 
 class MarkersState(Message):

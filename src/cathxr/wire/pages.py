@@ -1,4 +1,4 @@
-"""The HTTP side: the built page, the scene's files, camera pictures, and the API's answers."""
+"""The HTTP side: the built page, the scene's files, camera pictures, pictures of results, and the API's answers."""
 
 import hashlib
 from collections.abc import Collection, Mapping
@@ -47,9 +47,17 @@ load this address again. The link itself works: see docs/wire.md for <code>/ws</
 
 
 def make_router(
-    hub: Hub, scene: SceneDescription, *, files: Mapping[str, Path], page: Path, software: str
+    hub: Hub,
+    scene: SceneDescription,
+    *,
+    files: Mapping[str, Path],
+    page: Path,
+    software: str,
+    cameras: Collection[str] = (),
 ) -> APIRouter:
     """Return the routes. `files`: paths under /scene/ and the files they stand for. `page`: the built page's folder.
+
+    cameras: what else there are pictures of, besides the scene's cameras.
 
     Raises:
         ValueError: a path of `files` does not begin with /scene/.
@@ -60,7 +68,7 @@ def make_router(
     router = APIRouter()
     scene_text = scene.model_dump_json().encode()
     scene_tag = f'"{hashlib.sha256(scene_text).hexdigest()[:32]}"'
-    cameras = frozenset(camera.name for camera in scene.cameras)
+    with_pictures = frozenset(camera.name for camera in scene.cameras) | frozenset(cameras)
 
     async def health(request: Request) -> Response:
         report = {
@@ -86,7 +94,10 @@ def make_router(
         return _file_response(request, file, cache=_REVALIDATE)
 
     async def picture(request: Request, camera: str) -> Response:
-        return await _picture(request, hub, camera, cameras)
+        return await _picture(request, hub, camera, with_pictures)
+
+    async def result(request: Request, name: str) -> Response:
+        return _result(request, hub, name)
 
     async def unknown(request: Request, path: str) -> Response:
         return _missing(f"The API has no {path[:80]!r}: see docs/wire.md for what there is.")
@@ -100,6 +111,7 @@ def make_router(
         ("/scene/scene.json", scene_json),
         ("/scene/{path:path}", scene_file),
         ("/cameras/{camera}.jpg", picture),
+        ("/calibration/{name}.png", result),
         ("/{path:path}", static),
     ):
         router.add_api_route(path, endpoint, methods=["GET", "HEAD"], response_model=None)
@@ -122,6 +134,18 @@ async def _picture(request: Request, hub: Hub, camera: str, cameras: Collection[
         return Response(status_code=204, headers={"cache-control": _NEVER})
     headers = {"cache-control": _NEVER, "x-cathxr-seq": str(found.seq), "x-cathxr-t": f"{found.t_s:.6f}"}
     return Response(data, media_type="image/jpeg", headers=headers)
+
+
+def _result(request: Request, hub: Hub, name: str) -> Response:
+    """Answer with a picture of a result; it changes under its name, which the tag tells."""
+    found = hub.results.get(name)
+    if found is None:
+        return _missing(f"There is no picture of a result named {name[:40]!r}: the calibration's state names them.")
+    data, tag = found
+    headers = {"etag": tag, "cache-control": _REVALIDATE}
+    if _unchanged(request, tag):
+        return Response(status_code=304, headers=headers)
+    return Response(data, media_type="image/png", headers=headers)
 
 
 def _static(request: Request, page: Path, path: str) -> Response:

@@ -6,7 +6,7 @@ import datetime
 import logging
 import socket
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib import resources
@@ -67,19 +67,20 @@ class LiveServer:
         force_pairing: bool = False,
         page: Path | None = None,
         max_clients: int = MAX_CLIENTS,
+        cameras: Collection[str] = (),
     ) -> None:
         """Make a server that does not listen yet.
 
         `files`: paths under /scene/ and the files they stand for. `port`: on loopback; the next free one is taken when
         it is in use, 0 takes any. `commands` runs in a worker thread, one command at a time. `page`: the built page's
-        folder (default: the package's own).
+        folder (default: the package's own). `cameras`: what else there are pictures of, besides the scene's cameras.
         """
         self._hub = hub
         self._port = port
         self._lan = lan
         self._software = f"cathxr {__version__}"
         page = page or Path(str(resources.files("cathxr"))) / "web_client"
-        self._router = make_router(hub, scene, files=files or {}, page=page, software=self._software)
+        self._router = make_router(hub, scene, files=files or {}, page=page, software=self._software, cameras=cameras)
         needs_code = lan is not None or force_pairing
         self._pairing = Pairing(new_code(), clock) if needs_code else None
         self._certificate: Certificate | None = None

@@ -199,6 +199,9 @@ export interface MarkerState {
   colour: string;
   pixel: Vector2 | null;
   origin: "found" | "placed" | "missing" | "ambiguous";
+  /** Measured minus projected, px; null without a solution. */
+  residual: Vector2 | null;
+  /** Its length. */
   residual_px: number | null;
 }
 

@@ -31,3 +31,8 @@ export function sentence(text: string): string {
   const begun = trimmed[0]!.toUpperCase() + trimmed.slice(1);
   return /[.!?…]$/.test(begun) ? begun : `${begun}.`;
 }
+
+/** Returns text in which no line ends between a number and its unit. */
+export function withUnits(text: string): string {
+  return text.replaceAll(/(\d) (%|px|mm|ms|s|°)(?![a-z])/g, "$1\u00a0$2");
+}

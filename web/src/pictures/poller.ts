@@ -58,7 +58,7 @@ export class PicturePoller {
   }
 
   private async once(signal: AbortSignal): Promise<void> {
-    const url = `cameras/${this.camera}.jpg?after=${this.after}&width=${this.width}`;
+    const url = `cameras/${encodeURIComponent(this.camera)}.jpg?after=${this.after}&width=${this.width}`;
     const response = await fetch(url, { signal, cache: "no-store" });
     if (response.status === 204) {
       this.handlers.onTrouble("no new pictures");

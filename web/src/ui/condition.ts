@@ -39,7 +39,7 @@ export const FIRST_MS = 8000;
 
 /** Returns the one thing that matters most now. */
 export function condition(now: Situation): Condition {
-  if (now.link.phase !== "live") return linkCondition(now);
+  if (now.link.phase !== "live") return linkCondition(now.link, now.nowMs, now.track !== null);
   if (now.track === null || now.trackAgeMs > SILENT_MS) return silentCondition(now);
   const { track } = now;
   if (track.status === "tracked") return { label: "tracked", level: "good", banner: null, stale: false };
@@ -65,7 +65,8 @@ export function condition(now: Situation): Condition {
   };
 }
 
-function linkCondition({ link, track, nowMs }: Situation): Condition {
+/** Returns what to say about a link that is not live. `shown`: whether the page shows something that came over it. */
+export function linkCondition(link: LinkState, nowMs: number, shown: boolean): Condition {
   if (link.phase === "connecting") {
     return { label: "connecting", level: "idle", banner: null, stale: false };
   }
@@ -77,12 +78,12 @@ function linkCondition({ link, track, nowMs }: Situation): Condition {
     level: "bad",
     banner: {
       level: "bad",
-      title: refused ? "The server refused the link" : track === null ? "No link to the server" : "The link is lost",
+      title: refused ? "The server refused the link" : shown ? "The link is lost" : "No link to the server",
       detail: sentence(link.sentence),
-      hint: track === null || refused ? next : `${next} What is drawn is the last that came.`,
+      hint: !shown || refused ? next : `${next} What is drawn is the last that came.`,
       retry: true,
     },
-    stale: track !== null,
+    stale: shown,
   };
 }
 

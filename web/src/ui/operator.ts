@@ -4,6 +4,7 @@ import type { Hello, SceneDescription, SessionMessage } from "../generated/messa
 import type { Commands } from "../link/commands";
 import { duration } from "../maths/format";
 import { byId, setText } from "./dom";
+import { wirePairing } from "./pairing";
 import { toast } from "./toasts";
 
 export class Operator {
@@ -22,9 +23,10 @@ export class Operator {
   ) {
     this.record.addEventListener("click", () => this.toggleRecording());
     this.reset.addEventListener("click", () => void this.ask("reset_tracker", "The tracker starts afresh."));
-    byId<HTMLFormElement>("pairing-form").addEventListener("submit", (event) => {
-      event.preventDefault();
-      void this.pair();
+    wirePairing(commands, () => {
+      this.role = "operator";
+      toast("Paired: this page may steer and record.");
+      this.refresh();
     });
     this.refresh();
   }
@@ -64,22 +66,6 @@ export class Operator {
   private async ask(name: string, done: string): Promise<void> {
     const answer = await this.commands.ask(name);
     toast(answer.done ? done : answer.sentence, answer.done ? "good" : "bad");
-  }
-
-  private async pair(): Promise<void> {
-    const field = byId<HTMLInputElement>("pairing-code");
-    const trouble = byId("pairing-trouble");
-    const answer = await this.commands.ask("pair", { code: field.value.replaceAll(/\s/g, "") });
-    trouble.hidden = answer.done;
-    if (!answer.done) {
-      setText(trouble, answer.sentence);
-      field.select();
-      return;
-    }
-    field.value = "";
-    this.role = "operator";
-    toast("Paired: this page may steer and record.");
-    this.refresh();
   }
 
   private refresh(): void {

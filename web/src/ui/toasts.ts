@@ -1,5 +1,6 @@
 /** Short notes that go away by themselves. */
 
+import type { EventMessage } from "../generated/messages";
 import { byId, make } from "./dom";
 
 const SHOWN_MS = 5000;
@@ -14,4 +15,10 @@ export function toast(text: string, level: "good" | "bad" = "good"): void {
   while (host.children.length >= MOST) host.firstElementChild!.remove();
   host.append(note);
   setTimeout(() => note.remove(), SHOWN_MS);
+}
+
+/** Shows an event's sentence where it has one. */
+export function toastEvent(event: EventMessage): void {
+  const { sentence } = event.payload ?? {};
+  if (typeof sentence === "string") toast(sentence, /error|failed/.test(event.kind) ? "bad" : "good");
 }

@@ -1,0 +1,78 @@
+/** Which buttons a calibration offers now, and why one of them cannot be pressed. */
+
+import type { CamerasState, IntrinsicsState, MarkersState } from "../generated/messages";
+
+export type Calibration = IntrinsicsState | MarkersState | CamerasState;
+
+export interface Offer {
+  readonly command: string;
+  readonly label: string;
+  readonly kind: "primary" | "plain" | "quiet";
+  /** Why it cannot be pressed now; empty: it can. */
+  readonly why: string;
+  /** Asked before it is done; empty: nothing is asked. */
+  readonly confirm: string;
+}
+
+/** Fewer views than this determine nothing; the server has the last word. */
+const LEAST_VIEWS = 3;
+
+/** Returns the offers for a state, the most important first. `viewing`: why this page may not command, or empty. */
+export function offersFor(state: Calibration, viewing: string): Offer[] {
+  const offers = state.type === "calibrate_intrinsics" ? lensOffers(state)
+    : state.type === "calibrate_markers" ? markerOffers(state)
+    : cameraOffers(state);
+  const nothing = state.type === "calibrate_intrinsics" && state.kept === 0;
+  offers.push(offer("calibration_cancel", "Cancel", "quiet", "", nothing ? "" : CANCEL[state.type]));
+  return viewing === "" ? offers : offers.map((each) => ({ ...each, why: viewing }));
+}
+
+const CANCEL: Record<Calibration["type"], string> = {
+  calibrate_intrinsics: "The views that were kept are lost, and the rig stays as it is.",
+  calibrate_markers: "The markers that were placed are lost, and the rig stays as it is.",
+  calibrate_cameras: "Nothing is saved: the configuration stays as it is.",
+};
+
+function lensOffers(state: IntrinsicsState): Offer[] {
+  switch (state.stage) {
+    case "collecting": {
+      const enough = state.kept >= state.wanted;
+      const finish = offer("calibration_finish", "Finish", enough ? "primary" : "plain",
+        state.kept < LEAST_VIEWS ? "Finish: views of the board are needed first." : "");
+      const capture = offer("calibration_capture", "Capture now", enough ? "plain" : "primary",
+        state.corners_px.length === 0 ? "Capture now: there is no board in the picture." : "");
+      return enough ? [finish, capture] : [capture, finish];
+    }
+    case "solving":
+      return [];
+    case "done":
+      return [
+        offer("calibration_accept", "Accept and write the rig", "primary"),
+        offer("calibration_continue", "Collect more", "plain"),
+      ];
+    case "failed":
+      return [offer("calibration_continue", "Collect more", "primary")];
+  }
+}
+
+/** Each marker that is placed is solved for at once: the offer stays where it is meanwhile. */
+function markerOffers(state: MarkersState): Offer[] {
+  const why = state.stage === "solving" ? "Accept: being calculated." : state.can_save ? "" : "Accept: markers are missing.";
+  return [offer("calibration_accept", "Accept and write the rig", "primary", why)];
+}
+
+function cameraOffers(state: CamerasState): Offer[] {
+  if (state.stage === "solving") return [];
+  const locked = state.stage === "done";
+  const chosen = state.devices.some((device) => device.role !== "");
+  return [
+    offer("calibration_accept", "Save", "primary", state.can_save ? "" : "Save: say first which device is top and which is front."),
+    locked
+      ? offer("calibration_continue", "Back to automatic", "plain")
+      : offer("calibration_finish", "Lock settings", "plain", chosen ? "" : "Lock settings: choose the cameras first."),
+  ];
+}
+
+function offer(command: string, label: string, kind: Offer["kind"], why = "", confirm = ""): Offer {
+  return { command, label, kind, why, confirm };
+}

@@ -26,33 +26,41 @@ def units(length):
     return wide.map(lambda each: each / np.linalg.norm(each))
 
 
+def positive(root):
+    """A covariance whose upper and lower half are the same to the last bit."""
+    product = root @ root.T
+    return (product + product.T) / 2
+
+
 @st.composite
-def provenances(draw, measured, *, is_pose=False):
+def provenances(draw, measured):
     names = draw(st.lists(st.sampled_from(sorted(measured)), unique=True))
     std = {name: draw(vectors(measured[name], spread) if measured[name] else spread.map(np.array)) for name in names}
-    covariance = None
-    if is_pose and draw(st.booleans()):
-        root = draw(vectors(36, st.floats(-1.0, 1.0))).reshape(6, 6)
-        product = root @ root.T
-        covariance = (product + product.T) / 2
     return Provenance(
-        MappingProxyType(std),
-        covariance,
-        draw(st.none() | spread),
-        draw(st.none() | st.integers(0, 10**6)),
-        draw(st.none() | text),
-        draw(st.none() | text),
+        std=MappingProxyType(std),
+        rms_px=draw(st.none() | spread),
+        n=draw(st.none() | st.integers(0, 10**6)),
+        date=draw(st.none() | text),
+        method=draw(st.none() | text),
     )
 
 
 @st.composite
 def cameras(draw, name):
     measured = {"focal_px": 2, "centre_px": 2, "distortion": 5}
-    intrinsics = Intrinsics(draw(vectors(2, size)), draw(vectors(2)), draw(vectors(5)), draw(provenances(measured)))
+    of_lens, of_pose = draw(provenances(measured)), draw(provenances({"rotation_wxyz": 4, "translation_mm": 3}))
+    if draw(st.booleans()):
+        # Units from micro to kilo on each of the fifteen numbers, as radians beside pixels are.
+        units_of_each = 10.0 ** draw(vectors(15, st.floats(-6.0, 3.0)))
+        joint = positive(units_of_each[:, None] * draw(vectors(225, st.floats(-1.0, 1.0))).reshape(15, 15))
+        of_pose = dataclasses.replace(of_pose, covariance=joint[:6, :6])
+        if draw(st.booleans()):
+            of_lens = dataclasses.replace(of_lens, covariance=joint[6:, 6:])
+            of_pose = dataclasses.replace(of_pose, covariance_with_intrinsics=joint[:6, 6:])
+    intrinsics = Intrinsics(draw(vectors(2, size)), draw(vectors(2)), draw(vectors(5)), of_lens)
     pose = Pose(draw(units(4)), draw(vectors(3)))
-    provenance = draw(provenances({"rotation_wxyz": 4, "translation_mm": 3}, is_pose=True))
     sides = st.integers(16, 16384)
-    return RigCamera(name, (draw(sides), draw(sides)), draw(size), intrinsics, pose, provenance)
+    return RigCamera(name, (draw(sides), draw(sides)), draw(size), intrinsics, pose, of_pose)
 
 
 @st.composite

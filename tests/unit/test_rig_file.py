@@ -1,5 +1,6 @@
 """rig.toml: what the example says, what may be left out, and one sentence for every mistake."""
 
+import json
 import re
 
 import numpy as np
@@ -100,6 +101,19 @@ def test_every_optional_key_is_read():
 
 TOP_FOCAL = "focal_px = [1357.7, 1357.7]"
 TOP_TURN = "rotation_wxyz = [0.0, 1.0, 0.0, 0.0]"
+# Standard deviations 0.01 rad and mm; 1 px, 0.01 and 1e-4 for k1, k2, k3 and p1, p2.
+POSE = (1e-4 * np.eye(6)).tolist()
+LENS = np.diag([1.0, 1.0, 1.0, 1.0, 1e-4, 1e-4, 1e-8, 1e-8, 1e-4]).tolist()
+NONE = np.zeros((6, 9)).tolist()
+
+
+def with_entry(matrix, row, column, value):
+    """A matrix with one other entry."""
+    changed_one = np.array(matrix)
+    changed_one[row, column] = value
+    return str(changed_one.tolist())
+
+
 MISTAKES = {
     "wrong schema": (changed("cathxr-rig/1", "cathxr-rig/2"), "schema", "cathxr-rig/1"),
     "no schema": (changed('schema = "cathxr-rig/1"', ""), "schema", "add it"),
@@ -148,7 +162,51 @@ MISTAKES = {
     "std bool": (changed('"red" }', '"red", std = true }'), "markers.top.mT1.std", "got true"),
     "n in fractions": (changed(TOP_FOCAL, TOP_FOCAL + "\nn = 2.5"), "intrinsics.n", "whole number"),
     "covariance shape": (changed(TOP_TURN, TOP_TURN + "\ncovariance = [[1.0]]"), "covariance", "6 rows"),
-    "covariance not on intrinsics": (changed(TOP_FOCAL, TOP_FOCAL + "\ncovariance = []"), "covariance", "unknown"),
+    "covariance not on the catheter": (
+        changed("diameter_mm = 3.0", "diameter_mm = 3.0\ncovariance = []"), "catheter.covariance", "unknown"
+    ),
+    "lens covariance shape": (changed(TOP_FOCAL, TOP_FOCAL + "\ncovariance = []"), "intrinsics.covariance", "9 rows"),
+    "lens covariance of a pose": (
+        changed(TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {np.eye(6).tolist()}"), "intrinsics.covariance", "9 rows"
+    ),
+    "lens covariance asymmetric": (
+        changed(TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {with_entry(LENS, 0, 8, 1e-4)}"),
+        "intrinsics.covariance", "focal x y, centre x y",
+    ),
+    "lens covariance asymmetric in small numbers": (
+        changed(TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {with_entry(LENS, 6, 7, 1e-8)}"),
+        "intrinsics.covariance", "symmetric",
+    ),
+    "lens covariance not positive": (
+        changed(TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {with_entry(json.loads(with_entry(LENS, 6, 7, 3e-7)), 7, 6, 3e-7)}"),
+        "intrinsics.covariance", "positive semi-definite",
+    ),
+    "cross shape": (
+        changed(TOP_TURN, TOP_TURN + f"\ncovariance = {POSE}\ncovariance_with_intrinsics = {POSE}"),
+        "camera_from_box.covariance_with_intrinsics", "6 rows of 9",
+    ),
+    "cross nan": (
+        changed(
+            TOP_TURN, TOP_TURN + f"\ncovariance = {POSE}\ncovariance_with_intrinsics = {with_entry(NONE, 0, 0, np.nan)}"
+        ),
+        "camera_from_box.covariance_with_intrinsics", "finite",
+    ),
+    "cross without a pose's covariance": (
+        changed(TOP_TURN, TOP_TURN + f"\ncovariance_with_intrinsics = {NONE}"),
+        "camera_from_box.covariance_with_intrinsics", "beside it",
+    ),
+    "cross with an exact lens": (
+        changed(
+            TOP_TURN, TOP_TURN + f"\ncovariance = {POSE}\ncovariance_with_intrinsics = {with_entry(NONE, 0, 0, 1e-9)}"
+        ),
+        "camera_from_box.covariance_with_intrinsics", "fits",
+    ),
+    "cross larger than both allow": (
+        changed(
+            TOP_TURN, TOP_TURN + f"\ncovariance = {POSE}\ncovariance_with_intrinsics = {with_entry(NONE, 0, 0, 1.1e-2)}"
+        ).replace(TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {LENS}", 1),
+        "camera_from_box.covariance_with_intrinsics", "fits",
+    ),
     "covariance not positive": (
         changed(TOP_TURN, TOP_TURN + "\ncovariance = "
                 + str([[1.0 if i == j else 2.0 * (i + j == 1) for j in range(6)] for i in range(6)])),
@@ -235,3 +293,27 @@ def test_what_rig_toml_cannot_say_is_refused(tmp_path):
     with pytest.raises(ConfigError, match="finite"):
         write_rig(tmp_path / "rig.toml", Rig(rig.name, rig.roi, rig.catheter, {**rig.cameras, "top": wrong}))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_lens_and_its_pose_keep_their_covariances():
+    cross = with_entry(NONE, 0, 0, 0.5e-2)
+    rig = rig_from_text(
+        changed(TOP_TURN, TOP_TURN + f"\ncovariance = {POSE}\ncovariance_with_intrinsics = {cross}").replace(
+            TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {LENS}", 1
+        )
+    )
+    again = rig_from_text(rig_to_text(rig)).cameras["top"]
+    np.testing.assert_array_equal(again.intrinsics.provenance.covariance, LENS)
+    np.testing.assert_array_equal(again.pose_provenance.covariance_with_intrinsics, json.loads(cross))
+    assert rig.cameras["front"].pose_provenance.covariance_with_intrinsics is None
+
+
+def test_a_pose_may_state_its_relation_to_a_lens_that_states_only_std():
+    cross = with_entry(NONE, 0, 0, 0.5e-2)
+    text = changed(TOP_TURN, TOP_TURN + f"\ncovariance = {POSE}\ncovariance_with_intrinsics = {cross}")
+    rig = rig_from_text(text.replace(TOP_FOCAL, TOP_FOCAL + "\nstd = { focal_px = 1.0 }", 1))
+    assert rig.cameras["top"].pose_provenance.covariance_with_intrinsics is not None
+
+
+def test_a_rig_without_covariances_is_written_without_them():
+    assert "covariance" not in rig_to_text(example_rig())

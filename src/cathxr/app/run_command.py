@@ -14,7 +14,7 @@ from typing import Any
 
 import click
 
-from cathxr.app.config import Config, ServerConfig
+from cathxr.app.config import Config
 from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.live_options import PATH, chosen_config, live_options
 from cathxr.core import CathxrError, Event, Track
@@ -110,7 +110,7 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
             click.echo(f"cathxr runs on {_described(source, config)}. Ctrl-C ends it.")
             click.echo(access_text(server, asked_port=chosen.port))
             sys.stdout.flush()
-            _open_browser(server.url, chosen)
+            open_browser(server.url, wanted=chosen.browser)
             _wait_for_the_end(stopping, server, system)
         finally:
             closing = threading.Thread(target=server.stop, name="stop-server")
@@ -121,15 +121,16 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     leave(ended=ended)
 
 
-def leave(*, ended: bool) -> None:
+def leave(*, ended: bool, code: int = 0) -> None:
     """End the process at once where a thread has not ended in time, for example inside a camera's driver.
 
-    Python's own way out stops such a thread within native code, which then aborts the whole process.
+    code: the exit code. Python's own way out stops such a thread within native code, which then aborts the whole
+    process.
     """
     if not ended:
         sys.stdout.flush()
         sys.stderr.flush()
-        os._exit(0)
+        os._exit(code)
 
 
 def _wait_for_the_end(stopping: threading.Event, server: Any, system: Any) -> None:
@@ -204,12 +205,12 @@ def _described(source: str, config: Config) -> str:
     return "the cameras" if source == "cameras" else f"the recording {source}"
 
 
-def _open_browser(url: str, config: ServerConfig) -> None:
-    """Open the page where there is a screen to show it on."""
+def open_browser(url: str, *, wanted: bool) -> None:
+    """Open a page where there is a screen to show it on."""
     has_screen = sys.platform in ("win32", "darwin") or any(
         os.environ.get(each) for each in ("DISPLAY", "WAYLAND_DISPLAY")
     )
-    if config.browser and has_screen and not os.environ.get("CI"):
+    if wanted and has_screen and not os.environ.get("CI"):
         threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
 
 

@@ -18,7 +18,7 @@ from cathxr.core import (
     Timing,
 )
 from cathxr.storage.atomic import written_whole
-from cathxr.storage.rig_provenance import read_provenance
+from cathxr.storage.rig_provenance import INTRINSICS, POSE, check_joint, read_provenance
 from cathxr.storage.rig_text import rig_tables
 from cathxr.storage.toml_table import Table, parsed, read_text
 from cathxr.storage.toml_text import table_text
@@ -153,7 +153,9 @@ def _camera(table: Table, name: str) -> RigCamera:
         )
     rate_hz = table.number("rate_hz", example="rate_hz = 60.0", above=0.0, maximum=1e6)
     intrinsics = _intrinsics(table.table("intrinsics"))
-    pose, provenance = _pose(table.table("camera_from_box"))
+    placed = table.table("camera_from_box")
+    pose, provenance = _pose(placed)
+    check_joint(placed, provenance, intrinsics.provenance)
     table.finish()
     return RigCamera(name, (size[0], size[1]), rate_hz, intrinsics, pose, provenance)
 
@@ -164,7 +166,7 @@ def _intrinsics(table: Table) -> Intrinsics:
         raise table.error("focal_px", f"expected two numbers greater than 0, got {focal.tolist()}; correct them.")
     centre = table.vector("centre_px", 2, example="centre_px = [640.0, 360.0]")
     distortion = table.vector("distortion", 5, example="distortion = [0.0, 0.0, 0.0, 0.0, 0.0] (k1 k2 p1 p2 k3)")
-    provenance = read_provenance(table, {"focal_px": 2, "centre_px": 2, "distortion": 5})
+    provenance = read_provenance(table, {"focal_px": 2, "centre_px": 2, "distortion": 5}, covariance_of=INTRINSICS)
     table.finish()
     return Intrinsics(focal, centre, distortion, provenance)
 
@@ -172,7 +174,7 @@ def _intrinsics(table: Table) -> Intrinsics:
 def _pose(table: Table) -> tuple[Pose, Provenance]:
     quaternion = table.vector("rotation_wxyz", 4, example="rotation_wxyz = [0.0, 1.0, 0.0, 0.0]")
     translation = table.vector("translation_mm", 3, example="translation_mm = [-60.0, 0.0, 330.0]")
-    provenance = read_provenance(table, {"rotation_wxyz": 4, "translation_mm": 3}, is_pose=True)
+    provenance = read_provenance(table, {"rotation_wxyz": 4, "translation_mm": 3}, covariance_of=POSE)
     table.finish()
     try:
         return Pose(quaternion, translation), provenance

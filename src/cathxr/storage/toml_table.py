@@ -146,16 +146,16 @@ class Table:
             )
         return np.array(exact)
 
-    def matrix(self, key: str, size: int) -> FloatArray:
-        """Return the list of `size` rows of `size` finite numbers (size, size)."""
-        value = self.asked(key, example=f"{size} rows of {size} numbers")
-        rows = value if isinstance(value, list) else []
-        cells = [[_finite(each) for each in row] if isinstance(row, list) else [] for row in rows]
+    def matrix(self, key: str, rows: int, columns: int) -> FloatArray:
+        """Return the list of `rows` lists of `columns` finite numbers (rows, columns)."""
+        value = self.asked(key, example=f"{rows} rows of {columns} numbers")
+        lists = value if isinstance(value, list) else []
+        cells = [[_finite(each) for each in row] if isinstance(row, list) else [] for row in lists]
         exact = [[each for each in row if each is not None] for row in cells]
-        if len(exact) != size or any(len(row) != size for row in exact) or any(len(row) != size for row in cells):
+        if len(exact) != rows or any(len(row) != columns for row in exact) or any(len(row) != columns for row in cells):
             raise self.error(
                 key,
-                f"expected {size} rows of {size} finite numbers, got {described(value)}; "
+                f"expected {rows} rows of {columns} finite numbers, got {described(value)}; "
                 "write one list for each row, or leave the key out.",
             )
         return np.array(exact)

@@ -4,7 +4,7 @@ import numpy as np
 
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
 from cathxr.geometry import CameraModel, nearest_to_rays, resampled, tip_pose
-from cathxr.tracking.calibration_error import camera_errors, point_covariance
+from cathxr.geometry.calibration_error import camera_errors, point_covariance
 from cathxr.tracking.continuity import Continuity, missing_reason
 from cathxr.tracking.fit import CurveFit, camera_table, fit_curve
 from cathxr.tracking.matching import match, ray_distances

@@ -118,7 +118,7 @@ def test_one_camera_alone_leaves_the_other_as_it_was() -> None:
 @pytest.mark.parametrize("names", ["own", "TF"])
 @pytest.mark.parametrize("lens", [False, True], ids=["exact lens", "lens with errors"])
 def test_normalised_errors_are_those_of_the_stated_covariance(names: str, lens: bool) -> None:
-    count, total = 40, 0.0
+    count, total = 20, 0.0
     nominal = with_lens_errors(example_rig()) if lens else example_rig()
     for seed in range(count):
         truth = true_rig(nominal, seed)
@@ -140,7 +140,7 @@ def test_normalised_errors_are_those_of_the_stated_covariance(names: str, lens: 
 @pytest.mark.parametrize("names", ["own", "TF"])
 def test_the_error_of_points_is_the_expected_one_with_a_wrong_lens(names: str) -> None:
     # Without the covariance between pose and lens it would be stated ten times too large with eight fiducials.
-    count, square, expected = 30, 0.0, 0.0
+    count, square, expected = 20, 0.0, 0.0
     nominal = with_lens_errors(example_rig())
     points = roi_grid(nominal, count=3)
     for seed in range(count):
@@ -164,7 +164,7 @@ def test_a_stated_std_of_the_fiducials_widens_the_pose_and_gives_them_their_shar
         camera: tuple(replace(each, provenance=Provenance(std={"position_mm": np.full(3, 0.1)})) for each in group)
         for camera, group in rig.markers.items()
     }
-    count, total = 40, 0.0
+    count, total = 20, 0.0
     for seed in range(count):
         rng = np.random.default_rng(seed)
         truth = true_rig(rig, seed)

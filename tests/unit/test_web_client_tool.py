@@ -15,7 +15,7 @@ echo "$*" >> "$PWD/../calls"
 case "$*" in
   ci*) [ -f package-lock.json ] && mkdir -p node_modules ;;
   "run build") [ ! -f broken ] || { echo "src/main.ts: it is broken"; exit 3; }
-    mkdir -p ../src/cathxr/web_client && cp main.ts ../src/cathxr/web_client/index.html && cp main.ts ../src/cathxr/web_client/calibrate.html ;;
+    mkdir -p ../src/cathxr/web_client && for page in index calibrate; do cp main.ts ../src/cathxr/web_client/$page.html; done ;;
 esac
 """
 

@@ -120,8 +120,8 @@ def _check_options(
 
 def _sighting(rig: Rig, camera: str, taken: Sequence[TakenPicture], sheets: Report) -> Sighting:
     """Return what was found in all pictures of a camera; what was found in each goes into the report."""
-    from cathxr.calibration.marker_finding import find_markers
     from cathxr.calibration.marker_clicks import merged
+    from cathxr.calibration.marker_finding import find_markers
 
     sightings = []
     for number, each in enumerate(taken, 1):

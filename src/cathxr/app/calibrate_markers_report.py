@@ -128,22 +128,27 @@ def _residual_table(result: PosesResult) -> Table:
 
 def _pose_table(result: PosesResult) -> Table:
     table = Table(title="Poses, with standard deviations", title_justify="left")
-    table.add_column("camera")
-    for name in ("rms, px", "centre in the box, mm", "std x y z, mm", "std of its turn, °", "moved, mm", "turned, °"):
-        table.add_column(name, justify="right")
+    table.add_column("")
+    rows: dict[str, list[str]] = {}
     for name, rms in result.rms_px.items():
-        camera = result.rig.cameras[name]
-        std = pose_std(camera)
-        assert std is not None, "a calibrated pose states its covariance"
-        centre = camera.camera_from_box.inverse().translation_mm
-        shift, turn = result.moved[name]
-        table.add_row(
-            name,
-            f"{rms:.3f}",
-            " ".join(f"{each:.2f}" for each in centre),
-            " ".join(f"{each:.3f}" for each in std[0]),
-            " ".join(f"{each:.4f}" for each in np.rad2deg(std[1])),
-            f"{shift:.2f}",
-            f"{turn:.3f}",
-        )
+        table.add_column(name, justify="right")
+        for what, value in _pose_rows(result, name, rms).items():
+            rows.setdefault(what, []).append(value)
+    for what, values in rows.items():
+        table.add_row(what, *values)
     return table
+
+
+def _pose_rows(result: PosesResult, name: str, rms: float) -> dict[str, str]:
+    camera = result.rig.cameras[name]
+    std = pose_std(camera)
+    assert std is not None, "a calibrated pose states its covariance"
+    centre = camera.camera_from_box.inverse().translation_mm
+    shift, turn = result.moved[name]
+    return {
+        "residual, rms px": f"{rms:.3f}",
+        "centre x, y, z in the box, mm": ", ".join(f"{each:.2f}" for each in centre),
+        "  std, mm": ", ".join(f"{each:.3f}" for each in std[0]),
+        "turn about its x, y, z: std, °": ", ".join(f"{each:.4f}" for each in np.rad2deg(std[1])),
+        "moved from the rig's earlier pose": f"{shift:.2f} mm, {turn:.3f}°",
+    }

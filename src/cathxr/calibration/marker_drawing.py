@@ -58,8 +58,10 @@ def sighting_png(pixels: PixelArray, sighting: Sighting) -> bytes:
 def _draw_rings(axes: Axes, sighting: Sighting, least: float) -> None:
     """Draw what was found, missed and left, the most important first: a label that has no room is left out."""
     labels: list[tuple[float, float, float, float]] = []
-    for each in (*sighting.markers, *(blob for blob in sighting.blobs if blob.name and blob.why)):
-        (x, y), reach = each.centre_px, each.radius_px + 0.5 * least
+    rings = [(marker.centre_px, marker.radius_px) for marker in sighting.markers]
+    rings += [(blob.centre_px, blob.radius_px) for blob in sighting.blobs if blob.name and blob.why]
+    for (x, y), radius in rings:
+        reach = radius + 0.5 * least
         labels.append((x - reach, y - reach, x + reach, y + reach))
     for marker in sighting.markers:
         note = "placed" if marker.placed else f"±{marker.sigma_px:.2f} px"

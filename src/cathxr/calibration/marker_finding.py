@@ -81,7 +81,7 @@ def checked_picture(rig: Rig, camera: str, pixels: PixelArray) -> None:
 
 
 def _has_colour(pixels: PixelArray) -> bool:
-    few = pixels[::2, ::2]
+    few = pixels[::3, ::3]
     return bool((few.max(axis=2) - few.min(axis=2)).max() > _GREY_DN)
 
 

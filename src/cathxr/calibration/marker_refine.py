@@ -19,6 +19,8 @@ _STEP_PX = 0.5
 _BLURS_PX = np.array([0.45, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0])
 _ROUNDS = 2
 _COLOUR, _CONTRAST, _BRIGHTNESS = 0, 1, 2
+_SHARP_PX = 0.035
+"""A rim as sure as this needs no third look."""
 _LEAST_SHARE = 0.58
 _LEFT, _LEFT_PX, _DISAGREEMENT, _PARTIAL = 0.02, 1.0, 0.5, 0.03
 
@@ -36,7 +38,9 @@ def refined(
 
     place_px (2,): where the other markers put it; half_angle_rad: its size, where known.
     """
-    found = [_refined(model, pixels, spot, mode, half_angle_rad) for mode in (_COLOUR, _CONTRAST, _BRIGHTNESS)]
+    found = [_refined(model, pixels, spot, mode, half_angle_rad) for mode in (_COLOUR, _CONTRAST)]
+    if min((each.sigma_px for each in found if each is not None), default=np.inf) > _SHARP_PX:
+        found.append(_refined(model, pixels, spot, _BRIGHTNESS, half_angle_rad))
     near = [each for each in found if each is not None and _gap(each.centre_px, place_px) < reach_px]
     good = sorted(near, key=lambda each: each.sigma_px)
     if not good:

@@ -134,7 +134,7 @@ def _calibrated(camera: RigCamera, views: Sequence[PoseView], fit: PoseFit, date
         rms_px=_rms(fit.residual_px[camera.name]),
         n=len(view.names),
         date=date,
-        method=f"{len(view.names)} fiducials, least squares with {' and '.join(each.camera.name for each in views)}",
+        method=f"{len(view.names)} fiducials, weighted least squares of their reprojection",
     )
     return replace(camera, camera_from_box=fit.poses[camera.name], pose_provenance=provenance)
 

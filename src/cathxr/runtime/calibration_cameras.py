@@ -10,7 +10,7 @@ from cathxr.core import CalibrationError, CathxrError, ConfigError, Health, Imag
 from cathxr.devices.camera_lock import LockedSettings
 from cathxr.runtime.calibration_roles import suggested_role
 from cathxr.runtime.calibration_task import CANCELLED, CommandTable, Ending, Job, text_of
-from cathxr.wire.messages import CalibrationStage, CamerasState, DeviceState, Figure
+from cathxr.wire.calibration_messages import CalibrationStage, CamerasState, DeviceState, Figure
 
 ROLES = ("top", "front")
 LOCK_S = 30.0

@@ -14,8 +14,8 @@ from cathxr.calibration.intrinsics_drawing import coverage_png, residual_png
 from cathxr.core import CalibrationError, DataError, Health, Image, Intrinsics, PixelArray
 from cathxr.runtime.calibration_intrinsics_figures import progress_figures, result_figures
 from cathxr.runtime.calibration_task import CANCELLED, CommandTable, Ending, Job, Keep, text_of
-from cathxr.wire import messages
-from cathxr.wire.messages import CalibrationStage, IntrinsicsState, ResultPicture
+from cathxr.wire import calibration_messages as messages
+from cathxr.wire.calibration_messages import CalibrationStage, IntrinsicsState, ResultPicture
 
 STILL_NS = 300_000_000
 """How long the board must rest before a picture is taken by itself: less than that, and hands still tremble."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from cathxr.calibration.board_views import BoardView
 from cathxr.calibration.intrinsics import IntrinsicsResult
-from cathxr.wire.messages import Figure
+from cathxr.wire.calibration_messages import Figure
 
 _GOOD_PX, _USABLE_PX = 0.3, 0.6
 """Residuals of a flat board and a focused webcam lie below the first; beyond the second something is wrong."""

@@ -17,7 +17,7 @@ from cathxr.runtime.calibration_task import Ending, Job, Task
 from cathxr.runtime.fanout import sentence
 from cathxr.runtime.queues import Deadline, Queue
 from cathxr.runtime.supervisor import DeviceThread
-from cathxr.wire.messages import CalibrationState
+from cathxr.wire.calibration_messages import CalibrationState
 
 _WAIT_S = 0.1
 _HEALTH_NS = 1_000_000_000

@@ -19,7 +19,7 @@ from cathxr.calibration.sighting import FoundMarker, Sighting
 from cathxr.core import CalibrationError, ConfigError, FloatArray, Health, Image, PixelArray, Rig
 from cathxr.runtime.calibration_markers_figures import result_figures
 from cathxr.runtime.calibration_task import CANCELLED, CommandTable, Ending, Job, Keep, text_of
-from cathxr.wire.messages import CalibrationStage, Figure, MarkersState, MarkerState, ResultPicture
+from cathxr.wire.calibration_messages import CalibrationStage, Figure, MarkersState, MarkerState, ResultPicture
 
 _BY_EYE_PX = 0.5
 """How well a person places a fiducial's centre in an enlarged picture."""

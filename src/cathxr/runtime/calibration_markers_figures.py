@@ -4,7 +4,7 @@ import numpy as np
 
 from cathxr.calibration.error_map import ErrorSummary
 from cathxr.calibration.poses import PosesResult, pose_std
-from cathxr.wire.messages import Figure
+from cathxr.wire.calibration_messages import Figure
 
 _GOOD_MM, _USABLE_MM = 0.1, 0.3
 """The whole chain may err by 0.3 mm on average, of which the poses may take a third before anything else errs."""

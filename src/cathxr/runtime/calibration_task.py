@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
 from cathxr.core import ConfigError, Health, Image
-from cathxr.wire.messages import CalibrationState
+from cathxr.wire.calibration_messages import CalibrationState
 
 Value = TypeVar("Value")
 Found = TypeVar("Found")

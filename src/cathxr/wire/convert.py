@@ -13,6 +13,7 @@ from pydantic_core import from_json
 
 from cathxr.core import Event, Health, Pose, ProtocolError, Status, Track
 from cathxr.wire import messages
+from cathxr.wire.message import Message
 
 MM_DECIMALS = 4
 RAD_DECIMALS = 6
@@ -116,7 +117,7 @@ def health_message(
     )
 
 
-def encode(message: messages.Message) -> str:
+def encode(message: Message) -> str:
     """Return a message as the JSON text that goes over the link."""
     return message.model_dump_json()
 

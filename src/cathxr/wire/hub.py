@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cathxr.core import Event, Health, Image, Track
+from cathxr.wire.calibration_messages import CalibrationState
 from cathxr.wire.convert import encode, event_message, health_message, track_message
-from cathxr.wire.messages import CalibrationState, HealthMessage, SessionMessage
+from cathxr.wire.messages import HealthMessage, SessionMessage
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pictures import Pictures
 from cathxr.wire.results import Results

@@ -1,4 +1,6 @@
-"""Every message on the link, defined once. The TypeScript types and docs/wire.md are generated from here.
+"""Every message on the link, defined once; those of the calibration pages are in calibration_messages.
+
+The TypeScript types and docs/wire.md are generated from both.
 
 Arrays are in the units their names say, in the frame the field's description says. Angles on the wire are radians.
 """
@@ -6,7 +8,14 @@ Arrays are in the units their names say, in the frame the field's description sa
 from enum import IntEnum
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from cathxr.wire.calibration_messages import (
+    CamerasState,
+    IntrinsicsState,
+    MarkersState,
+)
+from cathxr.wire.message import Message, Quaternion, Vector2, Vector3
 
 PROTOCOL = 1
 """The protocol's version. A client that asks for another is refused with a sentence."""
@@ -30,17 +39,6 @@ class CloseCode(IntEnum):
     """Too many messages that could not be understood, or far too many messages."""
     BUSY = 4429
     """The server has as many clients as it takes: try again later."""
-
-
-Vector2 = tuple[float, float]
-Vector3 = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]
-
-
-class Message(BaseModel):
-    """Common to all: unknown keys are refused, values are fixed once made."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 # --- server to client -------------------------------------------------------------------------------------------------
@@ -144,110 +142,6 @@ class Refusal(Message):
     id: str | None = Field(default=None, description="The refused command's id, if it had one.")
 
 
-# --- calibration pages: state, newest wins ----------------------------------------------------------------------------
-
-CalibrationStage = Literal["collecting", "solving", "done", "failed"]
-
-
-class Figure(Message):
-    """One result for people, with its unit, as text. level: how to colour it."""
-
-    label: str
-    value: str
-    level: Literal["plain", "good", "warn", "bad"] = "plain"
-
-
-class ResultPicture(Message):
-    """A picture of a result. path: to GET from this server."""
-
-    title: str
-    path: str
-
-
-class BoardView(Message):
-    """One picture of the board that was kept, or why it was not."""
-
-    name: str
-    kept: bool
-    reason: str = Field(description="Why it was rejected; empty when kept.")
-
-
-class Coverage(Message):
-    """How often a board's corner was in each cell of the picture: counts row by row."""
-
-    columns: int
-    rows: int
-    counts: list[int]
-
-
-class IntrinsicsState(Message):
-    """A camera's lens being measured with a board."""
-
-    type: Literal["calibrate_intrinsics"] = "calibrate_intrinsics"
-    camera: str
-    stage: CalibrationStage
-    advice: str = Field(description="What to do next, or what came of it: one sentence for a person.")
-    size_px: tuple[int, int]
-    corners_px: list[Vector2] = Field(description="The board's corners in the newest picture, px; empty: no board.")
-    corners_seq: int = Field(description="seq of the picture in which the corners were found.")
-    is_still: bool = Field(description="The board does not move.")
-    is_new: bool = Field(description="This view adds to those kept.")
-    coverage: Coverage
-    kept: int
-    wanted: int = Field(description="Views that make a good calibration.")
-    views: list[BoardView]
-    figures: list[Figure]
-    pictures: list[ResultPicture]
-
-
-class MarkerState(Message):
-    """One fiducial in one camera's picture. pixel: null where it is missing."""
-
-    camera: str
-    name: str
-    colour: str
-    pixel: Vector2 | None
-    origin: Literal["found", "placed", "missing", "ambiguous"]
-    residual: Vector2 | None = Field(description="Measured minus projected, px; null without a solution.")
-    residual_px: float | None = Field(description="Its length.")
-
-
-class MarkersState(Message):
-    """The cameras' poses being measured with the fiducials."""
-
-    type: Literal["calibrate_markers"] = "calibrate_markers"
-    stage: CalibrationStage
-    advice: str
-    sizes_px: dict[str, tuple[int, int]] = Field(description="Picture size of each camera.")
-    markers: list[MarkerState]
-    can_save: bool = Field(description="The markers suffice for both poses, and the result may be saved.")
-    figures: list[Figure]
-    pictures: list[ResultPicture]
-
-
-class DeviceState(Message):
-    """One camera device. key: its pictures are at /cameras/{key}.jpg."""
-
-    key: str
-    device: str = Field(description="What the configuration calls it: an index or a path.")
-    label: str
-    role: Literal["", "top", "front"]
-    suggestion: Literal["", "top", "front"] = Field(description="What the fiducials in its picture say it is.")
-    settings: list[Figure] = Field(description="Exposure, gain, focus, white balance as they stand.")
-    trouble: str = Field(description="Why it gives no pictures; empty when it does.")
-
-
-class CamerasState(Message):
-    """Devices being told apart, and their settings locked."""
-
-    type: Literal["calibrate_cameras"] = "calibrate_cameras"
-    stage: CalibrationStage
-    advice: str
-    devices: list[DeviceState]
-    can_save: bool
-    figures: list[Figure]
-
-
 # --- client to server -------------------------------------------------------------------------------------------------
 
 
@@ -287,7 +181,6 @@ ServerMessage = Annotated[
     | CamerasState,
     Field(discriminator="type"),
 ]
-CalibrationState = IntrinsicsState | MarkersState | CamerasState
 ClientMessage = Annotated[Command | Ping | Ack, Field(discriminator="type")]
 
 

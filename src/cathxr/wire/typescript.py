@@ -7,7 +7,8 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from cathxr.wire import messages
+from cathxr.wire import calibration_messages, messages
+from cathxr.wire.message import Message, Quaternion, Vector2, Vector3
 
 _HEADER = """\
 // Generated from src/cathxr/wire/messages.py by `python -m cathxr.wire.generate`. Do not edit.
@@ -24,16 +25,17 @@ def models_of(annotation: Any) -> tuple[type[BaseModel], ...]:
     return tuple(get_args(union))
 
 
-def all_models() -> Iterator[type[messages.Message]]:
-    """Yield every message and part of a message, in the order of the module."""
-    for value in vars(messages).values():
-        if isinstance(value, type) and issubclass(value, messages.Message) and value is not messages.Message:
-            yield value
+def all_models() -> Iterator[type[Message]]:
+    """Yield every message and part of a message, in the order of the modules."""
+    for module in (calibration_messages, messages):
+        for value in vars(module).values():
+            if isinstance(value, type) and issubclass(value, Message) and value.__module__ == module.__name__:
+                yield value
 
 
 def typescript() -> str:
     """Return the whole of messages.ts."""
-    aliases = {"Vector2": messages.Vector2, "Vector3": messages.Vector3, "Quaternion": messages.Quaternion}
+    aliases = {"Vector2": Vector2, "Vector3": Vector3, "Quaternion": Quaternion}
     sent = models_of(messages.ClientMessage)
     received = models_of(messages.ServerMessage)
     blocks = [

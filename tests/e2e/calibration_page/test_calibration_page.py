@@ -11,7 +11,7 @@ import pytest
 
 from cathxr.core import PixelArray
 from cathxr.storage.rig_file import example_rig, read_rig, write_rig
-from cathxr.wire.messages import (
+from cathxr.wire.calibration_messages import (
     BoardView,
     CamerasState,
     Coverage,

@@ -12,7 +12,7 @@ from cathxr.core import CalibrationError, ConfigError, DeviceError, Event, Healt
 from cathxr.devices.clock import MonotonicClock
 from cathxr.runtime.calibration_live import LiveCalibration
 from cathxr.runtime.calibration_task import CommandTable, Ending, Job
-from cathxr.wire.messages import CalibrationState, CamerasState
+from cathxr.wire.calibration_messages import CalibrationState, CamerasState
 
 LONG_S = 20.0
 PIXELS = np.zeros((16, 16), np.uint8)

@@ -13,7 +13,7 @@ from cathxr.runtime.calibration_intrinsics import IntrinsicsSession, Solution
 from cathxr.runtime.calibration_live import LiveCalibration
 from cathxr.runtime.calibration_task import Ending
 from cathxr.storage.rig_file import example_rig
-from cathxr.wire.messages import CalibrationState, IntrinsicsState
+from cathxr.wire.calibration_messages import CalibrationState, IntrinsicsState
 
 LONG_S = 240.0
 VIEWS = 7

@@ -20,6 +20,111 @@ export type Vector2 = [number, number];
 export type Vector3 = [number, number, number];
 export type Quaternion = [number, number, number, number];
 
+/** One result for people, with its unit, as text. level: how to colour it. */
+export interface Figure {
+  label: string;
+  value: string;
+  level: "plain" | "good" | "warn" | "bad";
+}
+
+/** A picture of a result. path: to GET from this server. */
+export interface ResultPicture {
+  title: string;
+  path: string;
+}
+
+/** One picture of the board that was kept, or why it was not. */
+export interface BoardView {
+  name: string;
+  kept: boolean;
+  /** Why it was rejected; empty when kept. */
+  reason: string;
+}
+
+/** How often a board's corner was in each cell of the picture: counts row by row. */
+export interface Coverage {
+  columns: number;
+  rows: number;
+  counts: number[];
+}
+
+/** A camera's lens being measured with a board. */
+export interface IntrinsicsState {
+  type: "calibrate_intrinsics";
+  camera: string;
+  stage: "collecting" | "solving" | "done" | "failed";
+  /** What to do next, or what came of it: one sentence for a person. */
+  advice: string;
+  size_px: [number, number];
+  /** The board's corners in the newest picture, px; empty: no board. */
+  corners_px: Vector2[];
+  /** seq of the picture in which the corners were found. */
+  corners_seq: number;
+  /** The board does not move. */
+  is_still: boolean;
+  /** This view adds to those kept. */
+  is_new: boolean;
+  coverage: Coverage;
+  kept: number;
+  /** Views that make a good calibration. */
+  wanted: number;
+  views: BoardView[];
+  figures: Figure[];
+  pictures: ResultPicture[];
+}
+
+/** One fiducial in one camera's picture. pixel: null where it is missing. */
+export interface MarkerState {
+  camera: string;
+  name: string;
+  colour: string;
+  pixel: Vector2 | null;
+  origin: "found" | "placed" | "missing" | "ambiguous";
+  /** Measured minus projected, px; null without a solution. */
+  residual: Vector2 | null;
+  /** Its length. */
+  residual_px: number | null;
+}
+
+/** The cameras' poses being measured with the fiducials. */
+export interface MarkersState {
+  type: "calibrate_markers";
+  stage: "collecting" | "solving" | "done" | "failed";
+  advice: string;
+  /** Picture size of each camera. */
+  sizes_px: Record<string, [number, number]>;
+  markers: MarkerState[];
+  /** The markers suffice for both poses, and the result may be saved. */
+  can_save: boolean;
+  figures: Figure[];
+  pictures: ResultPicture[];
+}
+
+/** One camera device. key: its pictures are at /cameras/{key}.jpg. */
+export interface DeviceState {
+  key: string;
+  /** What the configuration calls it: an index or a path. */
+  device: string;
+  label: string;
+  role: "" | "top" | "front";
+  /** What the fiducials in its picture say it is. */
+  suggestion: "" | "top" | "front";
+  /** Exposure, gain, focus, white balance as they stand. */
+  settings: Figure[];
+  /** Why it gives no pictures; empty when it does. */
+  trouble: string;
+}
+
+/** Devices being told apart, and their settings locked. */
+export interface CamerasState {
+  type: "calibrate_cameras";
+  stage: "collecting" | "solving" | "done" | "failed";
+  advice: string;
+  devices: DeviceState[];
+  can_save: boolean;
+  figures: Figure[];
+}
+
 /** First message on every link. */
 export interface Hello {
   type: "hello";
@@ -137,111 +242,6 @@ export interface Refusal {
   sentence: string;
   /** The refused command's id, if it had one. */
   id: string | null;
-}
-
-/** One result for people, with its unit, as text. level: how to colour it. */
-export interface Figure {
-  label: string;
-  value: string;
-  level: "plain" | "good" | "warn" | "bad";
-}
-
-/** A picture of a result. path: to GET from this server. */
-export interface ResultPicture {
-  title: string;
-  path: string;
-}
-
-/** One picture of the board that was kept, or why it was not. */
-export interface BoardView {
-  name: string;
-  kept: boolean;
-  /** Why it was rejected; empty when kept. */
-  reason: string;
-}
-
-/** How often a board's corner was in each cell of the picture: counts row by row. */
-export interface Coverage {
-  columns: number;
-  rows: number;
-  counts: number[];
-}
-
-/** A camera's lens being measured with a board. */
-export interface IntrinsicsState {
-  type: "calibrate_intrinsics";
-  camera: string;
-  stage: "collecting" | "solving" | "done" | "failed";
-  /** What to do next, or what came of it: one sentence for a person. */
-  advice: string;
-  size_px: [number, number];
-  /** The board's corners in the newest picture, px; empty: no board. */
-  corners_px: Vector2[];
-  /** seq of the picture in which the corners were found. */
-  corners_seq: number;
-  /** The board does not move. */
-  is_still: boolean;
-  /** This view adds to those kept. */
-  is_new: boolean;
-  coverage: Coverage;
-  kept: number;
-  /** Views that make a good calibration. */
-  wanted: number;
-  views: BoardView[];
-  figures: Figure[];
-  pictures: ResultPicture[];
-}
-
-/** One fiducial in one camera's picture. pixel: null where it is missing. */
-export interface MarkerState {
-  camera: string;
-  name: string;
-  colour: string;
-  pixel: Vector2 | null;
-  origin: "found" | "placed" | "missing" | "ambiguous";
-  /** Measured minus projected, px; null without a solution. */
-  residual: Vector2 | null;
-  /** Its length. */
-  residual_px: number | null;
-}
-
-/** The cameras' poses being measured with the fiducials. */
-export interface MarkersState {
-  type: "calibrate_markers";
-  stage: "collecting" | "solving" | "done" | "failed";
-  advice: string;
-  /** Picture size of each camera. */
-  sizes_px: Record<string, [number, number]>;
-  markers: MarkerState[];
-  /** The markers suffice for both poses, and the result may be saved. */
-  can_save: boolean;
-  figures: Figure[];
-  pictures: ResultPicture[];
-}
-
-/** One camera device. key: its pictures are at /cameras/{key}.jpg. */
-export interface DeviceState {
-  key: string;
-  /** What the configuration calls it: an index or a path. */
-  device: string;
-  label: string;
-  role: "" | "top" | "front";
-  /** What the fiducials in its picture say it is. */
-  suggestion: "" | "top" | "front";
-  /** Exposure, gain, focus, white balance as they stand. */
-  settings: Figure[];
-  /** Why it gives no pictures; empty when it does. */
-  trouble: string;
-}
-
-/** Devices being told apart, and their settings locked. */
-export interface CamerasState {
-  type: "calibrate_cameras";
-  stage: "collecting" | "solving" | "done" | "failed";
-  advice: string;
-  devices: DeviceState[];
-  can_save: boolean;
-  figures: Figure[];
 }
 
 /** Asks for something; only operators may, except `pair`. Answered by an event `done` or a refusal, with its id. */

@@ -1,0 +1,111 @@
+"""The messages of the calibration pages: states of which only the newest matters."""
+
+from typing import Literal
+
+from pydantic import Field
+
+from cathxr.wire.message import Message, Vector2
+
+CalibrationStage = Literal["collecting", "solving", "done", "failed"]
+
+
+class Figure(Message):
+    """One result for people, with its unit, as text. level: how to colour it."""
+
+    label: str
+    value: str
+    level: Literal["plain", "good", "warn", "bad"] = "plain"
+
+
+class ResultPicture(Message):
+    """A picture of a result. path: to GET from this server."""
+
+    title: str
+    path: str
+
+
+class BoardView(Message):
+    """One picture of the board that was kept, or why it was not."""
+
+    name: str
+    kept: bool
+    reason: str = Field(description="Why it was rejected; empty when kept.")
+
+
+class Coverage(Message):
+    """How often a board's corner was in each cell of the picture: counts row by row."""
+
+    columns: int
+    rows: int
+    counts: list[int]
+
+
+class IntrinsicsState(Message):
+    """A camera's lens being measured with a board."""
+
+    type: Literal["calibrate_intrinsics"] = "calibrate_intrinsics"
+    camera: str
+    stage: CalibrationStage
+    advice: str = Field(description="What to do next, or what came of it: one sentence for a person.")
+    size_px: tuple[int, int]
+    corners_px: list[Vector2] = Field(description="The board's corners in the newest picture, px; empty: no board.")
+    corners_seq: int = Field(description="seq of the picture in which the corners were found.")
+    is_still: bool = Field(description="The board does not move.")
+    is_new: bool = Field(description="This view adds to those kept.")
+    coverage: Coverage
+    kept: int
+    wanted: int = Field(description="Views that make a good calibration.")
+    views: list[BoardView]
+    figures: list[Figure]
+    pictures: list[ResultPicture]
+
+
+class MarkerState(Message):
+    """One fiducial in one camera's picture. pixel: null where it is missing."""
+
+    camera: str
+    name: str
+    colour: str
+    pixel: Vector2 | None
+    origin: Literal["found", "placed", "missing", "ambiguous"]
+    residual: Vector2 | None = Field(description="Measured minus projected, px; null without a solution.")
+    residual_px: float | None = Field(description="Its length.")
+
+
+class MarkersState(Message):
+    """The cameras' poses being measured with the fiducials."""
+
+    type: Literal["calibrate_markers"] = "calibrate_markers"
+    stage: CalibrationStage
+    advice: str
+    sizes_px: dict[str, tuple[int, int]] = Field(description="Picture size of each camera.")
+    markers: list[MarkerState]
+    can_save: bool = Field(description="The markers suffice for both poses, and the result may be saved.")
+    figures: list[Figure]
+    pictures: list[ResultPicture]
+
+
+class DeviceState(Message):
+    """One camera device. key: its pictures are at /cameras/{key}.jpg."""
+
+    key: str
+    device: str = Field(description="What the configuration calls it: an index or a path.")
+    label: str
+    role: Literal["", "top", "front"]
+    suggestion: Literal["", "top", "front"] = Field(description="What the fiducials in its picture say it is.")
+    settings: list[Figure] = Field(description="Exposure, gain, focus, white balance as they stand.")
+    trouble: str = Field(description="Why it gives no pictures; empty when it does.")
+
+
+class CamerasState(Message):
+    """Devices being told apart, and their settings locked."""
+
+    type: Literal["calibrate_cameras"] = "calibrate_cameras"
+    stage: CalibrationStage
+    advice: str
+    devices: list[DeviceState]
+    can_save: bool
+    figures: list[Figure]
+
+
+CalibrationState = IntrinsicsState | MarkersState | CamerasState

@@ -1,0 +1,13 @@
+"""What every message is made of: the base class and the types of vectors on the link."""
+
+from pydantic import BaseModel, ConfigDict
+
+Vector2 = tuple[float, float]
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class Message(BaseModel):
+    """Common to all: unknown keys are refused, values are fixed once made."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -28,7 +28,8 @@ def tracks(draw: st.DrawFn) -> Track:
     quaternion = np.array(draw(_QUATERNIONS))
     pose = Pose(quaternion / np.linalg.norm(quaternion), shape[0])
     roll, sigma = draw(st.none() | _ANGLES), draw(st.floats(0, 1e4))
-    return Track(seq, t_ns, status, reason, shape, pose, roll, sigma, latency_ns)
+    predicted = roll is not None and draw(st.booleans())
+    return Track(seq, t_ns, status, reason, shape, pose, roll, sigma, latency_ns, predicted)
 
 
 @given(tracks())
@@ -37,6 +38,7 @@ def test_tracks_come_back(track: Track) -> None:
     json.loads(text, parse_constant=lambda name: (_ for _ in ()).throw(AssertionError(f"{name} on the wire")))
     back = track_from_message(TrackMessage.model_validate_json(text))
     assert (back.seq, back.status, back.reason) == (track.seq, track.status, track.reason)
+    assert back.roll_predicted == track.roll_predicted
     # Half of the last decimal that is sent, and the spacing of float64 at three years (1.5e-8 s).
     assert abs(back.t_ns - track.t_ns) <= 500 + 15
     if track.latency_ns is None:

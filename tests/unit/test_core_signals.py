@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cathxr.core import Detection, Image, Observation, Reading
+from cathxr.core import Detection, Image, Observation, Reading, RollStatus, Status, Track
 from cathxr.core.arrays import checked
 
 
@@ -173,3 +173,14 @@ def test_readings_compare_by_value_and_cannot_be_set() -> None:
     assert Reading(1, 2, 3) != Reading(1, 2, 4)
     with pytest.raises(FrozenInstanceError):
         Reading(1, 2, 3).count = 4  # type: ignore[misc]
+
+
+def test_a_valid_roll_needs_nothing_and_a_prediction_needs_a_roll() -> None:
+    assert not RollStatus(True, False, "jig", "Set roll zero.").valid
+    for wrong in ((False, True), (True, True, "confirm"), (True, True, "", "Something.")):
+        with pytest.raises(ValueError, match="valid roll"):
+            RollStatus(*wrong)
+    with pytest.raises(ValueError, match="predicted"):
+        Observation(0, 0, (), roll_predicted=True)
+    with pytest.raises(ValueError, match="predicted"):
+        Track(0, 0, Status.LOST, "no picture", roll_predicted=True)

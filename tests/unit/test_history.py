@@ -93,3 +93,55 @@ def test_the_count_lies_between_its_neighbours(steps: list[int], share: float) -
     after = min((each for each in readings if each.t_ns >= t_ns), key=lambda each: each.t_ns)
     assert min(before.count, after.count) <= sample.count <= max(before.count, after.count)
     assert not sample.predicted
+
+
+@pytest.mark.parametrize("flags", [0x10, 0x1000])
+def test_nothing_is_interpolated_or_predicted_across_a_restart_or_a_new_zero(flags: int) -> None:
+    one = history()
+    one.add(Reading(20, at(20), 5000, flags=flags))
+    assert one.at(at(19)) == Sample(152.0, False)
+    assert one.at(at(19.5)) is None
+    assert one.at(at(20)) == Sample(5000.0, False, flags)
+    assert one.at(at(20.5)) is None
+    one.add(Reading(21, at(21), 5008, flags=flags))
+    assert one.at(at(20.5)) == Sample(5004.0, False, flags)
+    assert one.at(at(21.5)) == Sample(5012.0, True, flags)
+
+
+def test_a_sample_has_the_flags_of_both_its_readings() -> None:
+    one = history()
+    one.add(Reading(20, at(20), 160, flags=0x100))
+    one.add(Reading(21, at(21), 168, flags=0x200))
+    assert one.at(at(19.5)) == Sample(156.0, False, 0x100)
+    assert one.at(at(20.5)) == Sample(164.0, False, 0x300)
+    assert one.at(at(21.5)) == Sample(172.0, True, 0x300)
+    assert one.newest == Reading(21, at(21), 168, flags=0x200)
+
+
+class Adds:
+    """A corrector that adds to every count a tenth of what it has seen since its last reset."""
+
+    def __init__(self) -> None:
+        self.seen, self.resets = 0, 0
+
+    def corrected(self, count: float) -> float:
+        self.seen += 1
+        return count + 0.1 * self.seen
+
+    def reset(self) -> None:
+        self.seen, self.resets = 0, self.resets + 1
+
+
+def test_the_corrector_gets_every_reading_once_and_is_reset_where_the_count_does_not_go_on() -> None:
+    adds = Adds()
+    one = History(adds)
+    for seq in range(4):
+        one.add(Reading(seq, at(seq), 8 * seq))
+    assert one.at(at(1)) == Sample(pytest.approx(8.2), False)
+    assert one.at(at(1.5)) == Sample(pytest.approx(12.25), False)
+    assert one.at(at(3.5)) == Sample(pytest.approx(28.4), True)  # the count is carried on, the correction is held
+    assert (adds.seen, adds.resets) == (4, 0)
+    one.add(Reading(4, at(4), 0, flags=0x1000))
+    assert (adds.seen, adds.resets) == (1, 1)
+    one.clear()
+    assert adds.resets == 2

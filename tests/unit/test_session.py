@@ -27,6 +27,7 @@ from cathxr.core import (
 )
 from cathxr.storage.rig_file import example_rig, rig_to_text
 from cathxr.storage.session import Picture, SessionReader, SessionWriter, export_csv
+from cathxr.storage.session_json import decoded, encoded, observation_json, track_json
 from cathxr.storage.session_schemas import SCHEMAS, TOPICS
 from cathxr.storage.track_csv import read_track_csv
 
@@ -50,6 +51,7 @@ def track(seq, t_ns, status=Status.TRACKED):
     return Track(
         seq, t_ns, status, "" if status is Status.TRACKED else "only one view", RANDOM.normal(0, 50, (50, 3)),
         Pose(quaternion / np.linalg.norm(quaternion), RANDOM.normal(0, 50, 3)), RANDOM.normal(), RANDOM.random(), 12345,
+        seq % 4 == 1,
     )  # fmt: skip
 
 
@@ -58,7 +60,7 @@ def pair_items(seq):
     both = (detection("top", seq, t_ns), detection("front", seq, t_ns + 99, found=seq % 3 != 2))
     status = (Status.TRACKED, Status.COASTING, Status.LOST)[seq % 3]
     return (
-        Observation(seq, t_ns, both, 99, RANDOM.normal() if seq % 2 else None),
+        Observation(seq, t_ns, both, 99, RANDOM.normal() if seq % 2 else None, seq % 4 == 1),
         track(seq, t_ns, status),
         track(seq, t_ns + 1),
     )
@@ -104,6 +106,15 @@ def recorded(tmp_path):
     writer.close()
     writer.close()
     return tmp_path / "session", items
+
+
+@pytest.mark.parametrize("topic", ["/observation", "/track"])
+def test_sessions_of_before_the_rolls_flag_are_read_as_not_predicted(topic):
+    observation, track_, _ = pair_items(3)
+    values = observation_json(observation) if topic == "/observation" else track_json(track_)
+    assert values.pop("roll_predicted") is False
+    back = decoded(topic, encoded(values))
+    assert same(back, observation if topic == "/observation" else track_)
 
 
 def test_everything_comes_back_to_the_last_bit(recorded):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cathxr.core import Detection, Observation, Pose, Status, Track
+from cathxr.geometry.pose import turned_about_z
 from cathxr.tracking.continuity import COAST_NS, COAST_SPEED_MM_S, Continuity, missing_reason
 
 START_NS = 10**12
@@ -80,7 +81,7 @@ def test_a_tracked_track_passes_unchanged() -> None:
 def test_it_coasts_on_the_last_pose_with_a_growing_sigma(age_ns: int) -> None:
     policy = Continuity()
     last = policy.tracked(tracked())
-    got = policy.coasting(observation(age_ns), "no picture from top")
+    got = policy.coasting(replace(observation(age_ns), roll_rad=0.4), "no picture from top")
     assert got.status is Status.COASTING
     assert got.reason == "no picture from top"
     assert (got.seq, got.t_ns) == (7, START_NS + age_ns)
@@ -90,6 +91,17 @@ def test_it_coasts_on_the_last_pose_with_a_growing_sigma(age_ns: int) -> None:
     assert got.roll_rad == last.roll_rad
     wandered = COAST_SPEED_MM_S * age_ns * 1e-9
     assert got.sigma_mm == pytest.approx(np.sqrt(0.3**2 + wandered**2), rel=1e-12)
+
+
+@pytest.mark.parametrize(("roll_rad", "turned_rad"), [(1.1, 0.7), (None, -0.4)])
+def test_the_roll_goes_on_while_pictures_are_missing(roll_rad: float | None, turned_rad: float) -> None:
+    policy = Continuity()
+    policy.tracked(tracked())
+    got = policy.coasting(replace(observation(20_000_000), roll_rad=roll_rad), "frozen pictures")
+    assert got.roll_rad == roll_rad
+    assert got.box_from_tip is not None
+    expected = turned_about_z(np.eye(3), turned_rad)  # the last orientation was that of roll 0.4, now it is roll's or 0
+    np.testing.assert_allclose(got.box_from_tip.rotation, expected, atol=1e-12)  # rounding
 
 
 def test_after_the_stated_time_it_is_lost_and_stays_lost() -> None:

@@ -26,6 +26,7 @@ def test_a_lost_track_has_nulls_and_a_reason() -> None:
         "t": 2.0,
         "status": "lost",
         "reason": "no catheter",
+        "roll_predicted": False,
         **dict.fromkeys(("points", "tip", "roll", "yaw", "pitch", "sigma_mm", "latency_ms")),
     }
 

@@ -20,6 +20,7 @@ import { Keys } from "./ui/keys";
 import { Numbers } from "./ui/numbers";
 import { Operator } from "./ui/operator";
 import { Pictures } from "./ui/pictures";
+import { RollPanel } from "./ui/roll";
 import { Sliders } from "./ui/sliders";
 import { Stage } from "./ui/stage";
 import type { Actions } from "./ui/strokes";
@@ -45,6 +46,7 @@ export class App {
   private readonly steering: Steering;
   private readonly keys: Keys;
   private readonly operator: Operator;
+  private readonly roll: RollPanel;
   private readonly heart: HeartLoader;
   private linkState: LinkState = { phase: "connecting", sentence: "", retryAtMs: null };
   private health: HealthMessage | null = null;
@@ -74,7 +76,10 @@ export class App {
       onNudge: (control, amount) => this.sliders.nudge(control, amount),
       onStroke: makeStrokes(this.actions()),
     });
-    this.operator = new Operator(this.commands, (operating) => (this.keys.steering = operating && this.sliders.ready));
+    this.roll = new RollPanel(this.commands);
+    this.operator = new Operator(this.commands, (operating) => {
+      this.keys.steering = operating && this.sliders.ready;
+    });
     wireViews(this.stagecraft.presets);
     makeTabs(() => this.pictures.refresh());
   }
@@ -116,6 +121,9 @@ export class App {
       case "session":
         this.takeSession(message);
         break;
+      case "roll":
+        this.roll.take(message);
+        break;
       case "event":
         this.takeEvent(message);
         break;
@@ -156,6 +164,7 @@ export class App {
     if (was === "live" && state.phase !== "live") {
       this.commands.abandon();
       this.operator.leave();
+      this.roll.leave();
       this.pictures.setLinked(false);
       this.health = null;
       this.trackRate.clear();
@@ -168,6 +177,7 @@ export class App {
   /** A new link: perhaps another server, whose pairs count from 0 and whose scene differs. */
   private takeHello(hello: Hello): void {
     this.tracks.clear();
+    this.roll.leave();
     this.lastTrackMs = performance.now();
     this.operator.greet(hello);
     if (this.link.connections > 1) {
@@ -243,6 +253,7 @@ export class App {
     this.stage.show(now);
     this.numbers.showTrack(now.stale ? null : track);
     this.numbers.showHealth(this.health);
+    this.roll.show(now.stale ? null : track, this.operator.operating);
     this.numbers.showLink({
       trackRate: this.trackRate.rate(nowMs / 1000),
       pictureRate: this.pictures.showRates(nowMs / 1000),

@@ -3,8 +3,8 @@
 export interface DebugHandle {
   /** Frames drawn so far. */
   readonly frames: number;
-  /** The drawn Track's number and where the tip is drawn, mm in `box`; null while no catheter is drawn. */
-  drawn(): { seq: number; tip: [number, number, number] } | null;
+  /** The drawn Track's number, where the tip is drawn, mm in `box`, and whether the beam is; null without a catheter. */
+  drawn(): { seq: number; tip: [number, number, number]; beam: boolean } | null;
   /** What the status at the top says. */
   readonly status: string;
   readonly link: string;

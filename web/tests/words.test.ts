@@ -64,7 +64,7 @@ describe("settings", () => {
 
 const TRACK: TrackMessage = {
   type: "track", seq: 1, t: 1, status: "tracked", reason: "", points: null, tip: null,
-  roll: null, yaw: null, pitch: null, sigma_mm: null, latency_ms: 20,
+  roll: null, roll_predicted: false, yaw: null, pitch: null, sigma_mm: null, latency_ms: 20,
 };
 const FINE: Situation = {
   link: { phase: "live", sentence: "", retryAtMs: null }, track: TRACK, trackAgeMs: 20, health: null, nowMs: 1000,

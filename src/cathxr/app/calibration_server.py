@@ -11,6 +11,7 @@ from cathxr.app.page_options import PageChoice
 from cathxr.app.run_command import leave, open_browser, stop_signal
 from cathxr.core import CalibrationError, CathxrError, Clock, Image, Rig, Source
 from cathxr.runtime.calibration_live import LiveCalibration
+from cathxr.runtime.calibration_running import RunningCalibration
 from cathxr.runtime.calibration_task import Ending, Task
 from cathxr.wire.console import access_text
 from cathxr.wire.hub import Hub
@@ -44,15 +45,36 @@ def serve_calibration(
         CalibrationError: a person cancelled it; CathxrError: it could not start, or the server died.
         KeyboardInterrupt: Ctrl-C or SIGTERM; nothing was written.
     """
+
+    def running(outlet: Hub) -> LiveCalibration:
+        return LiveCalibration(make_task(outlet), sources, outlet=outlet, clock=clock, stills=stills)
+
+    return serve_running(running, rig=rig, kind=kind, title=title, clock=clock, page=page, cameras=tuple(sources))
+
+
+def serve_running(
+    make_running: Callable[[Hub], RunningCalibration],
+    *,
+    rig: Rig,
+    kind: str,
+    title: str,
+    clock: Clock,
+    page: PageChoice,
+    cameras: tuple[str, ...] = (),
+) -> Ending:
+    """Run whatever `make_running` makes with its page, as `serve_calibration`. cameras: whose pictures are served.
+
+    Raises: as `serve_calibration`.
+    """
     hub = Hub()
-    live = LiveCalibration(make_task(hub), sources, outlet=hub, clock=clock, stills=stills)
+    live = make_running(hub)
 
     def commands(command: Command) -> Mapping[str, Any]:
         return live.handle(command.name, command.args)
 
     server = LiveServer(
         hub, scene_description(rig, kind), commands=commands, clock=clock, port=page.port,
-        lan=Lan() if page.lan else None, cameras=tuple(sources),
+        lan=Lan() if page.lan else None, cameras=cameras,
     )  # fmt: skip
     ending, ended = None, True
     with stop_signal() as stopping:
@@ -93,7 +115,7 @@ def compiled(work: Callable[[], object]) -> None:
         said.cancel()
 
 
-def _wait(stopping: threading.Event, server: LiveServer, live: LiveCalibration) -> Ending | None:
+def _wait(stopping: threading.Event, server: LiveServer, live: RunningCalibration) -> Ending | None:
     """Return how it ended, None when told to stop.
 
     Raises:

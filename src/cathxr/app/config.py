@@ -48,12 +48,16 @@ class StampErrorsConfig(_Section):
 
 
 class TwinConfig(_Section):
-    """The digital twin: a scene's name, a seed, the pictures' rate (None: the rig's, at most 30), wrong stamps."""
+    """The digital twin: a scene's name, a seed, the pictures' rate (None: the rig's, at most 30), wrong stamps.
+
+    encoder_backlash_deg: play of the encoder's gears, at the catheter; None: the rig's, else the scene's.
+    """
 
     scene: str = "smooth"
     seed: Annotated[int, Field(ge=0)] = 0
     rate_hz: Annotated[float, Field(gt=0, le=240)] | None = None
     stamp_error_s: StampErrorsConfig = StampErrorsConfig()
+    encoder_backlash_deg: Annotated[float, Field(ge=0, le=20)] | None = None
 
 
 class TrackingConfig(_Section):

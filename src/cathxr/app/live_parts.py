@@ -10,6 +10,7 @@ import numpy as np
 
 from cathxr.app.config import Config
 from cathxr.app.plugins import make_camera, make_encoder
+from cathxr.app.twin_encoder import fault_command, twin_encoder
 from cathxr.core import Clock, ConfigError, DataError, Image, PixelArray, Rig, Source, Track
 from cathxr.heart import HeartFolder, builtin_path, read_heart
 from cathxr.registration import Registration, default_placement, read_registration
@@ -68,21 +69,26 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     seed = config.twin.seed
     rig = read_rig(Path(config.rig)) if config.rig else true_rig(example_rig(), seed)
     world = TwinWorld(rig, seed=seed, settings=scene(config.twin.scene), start_ns=clock.now_ns())
+    errors = config.twin.stamp_error_s
     options: dict[str, dict[str, Any]] = {
-        name: {"world": world, "stamp_error_s": getattr(config.twin.stamp_error_s, name, None)}
-        for name in (*rig.cameras, "encoder")
+        name: {"world": world, "stamp_error_s": getattr(errors, name, None)} for name in rig.cameras
     }
     for name in rig.cameras:
         if config.twin.rate_hz is not None:
             options[name]["rate_hz"] = config.twin.rate_hz
     cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=options[name]) for name in rig.cameras}
-    encoder = make_encoder(TWIN, rig, clock=clock, options=options["encoder"]) if rig.roll is not None else None
+    encoder, commands = None, {}
+    if rig.roll is not None:
+        play_deg = config.twin.encoder_backlash_deg
+        encoder, port = twin_encoder(world, rig, clock=clock, play_deg=play_deg, stamp_error_s=errors.encoder)
+        commands["encoder_fault"] = fault_command(port)
     optical = _optical(config, rig, cameras, encoder, clock)
     live = LiveOptions(
         world=world,
         truth=lambda t_ns, seq: world.truth(t_ns, seq=seq, points=config.tracking.points),
         open_session=_opener(config, rig, clock, TWIN),
         record_videos=config.recording.videos,
+        commands=commands,
     )
     ranges = world.control_ranges
     twin = TwinDescription(

@@ -61,7 +61,7 @@ def open_inputs(options: TrackOptions) -> TrackInputs:
             f"{options.rig}: --roll needs the rig's table [roll] (counts per turn, gear ratio, zero), and there is none"
             "; add it or leave --roll out."
         )
-    counts = None if options.roll is None else RecordedCounts(read_roll(options.roll))
+    counts = None if options.roll is None else RecordedCounts(read_roll(options.roll), rig.roll)
     backgrounds = {}
     for name, path in (("top", options.background_top), ("front", options.background_front)):
         if path is not None:

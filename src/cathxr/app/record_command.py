@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,15 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.live_options import PATH, chosen_config, live_options
 from cathxr.app.run_command import leave, prepare, stop_signal
-from cathxr.core import ConfigError, DataError, DeviceError
+from cathxr.core import ConfigError, DataError, DeviceError, RollStatus
 
 _POLL_S = 0.1
 _WRITE_S = 120.0
 _PICTURES_S = 20.0
 """How long cameras may take to open before a recording is given up."""
+_ENCODER_S = 8.0
+"""How long an encoder may take to be found before the recording begins without it."""
+_CONFIRMED_S = 2.0
 
 
 @click.command("record")
@@ -25,6 +29,11 @@ _PICTURES_S = 20.0
 @click.option("--out", required=True, type=PATH, help="The session's folder; it must not exist yet.")
 @click.option("--seconds", type=click.FloatRange(min=0.5), default=30.0, show_default=True, help="How long.")
 @click.option("--video", is_flag=True, help="Record the pictures too (lossless).")
+@click.option(
+    "--roll-confirmed",
+    is_flag=True,
+    help="Roll is right: the handle was not turned while the encoder restarted, as it does when it is opened.",
+)
 @told_in_a_sentence
 def record(
     source: str,
@@ -37,6 +46,7 @@ def record(
     out: Path,
     seconds: float,
     video: bool,
+    roll_confirmed: bool,
 ) -> None:
     """Record a session without a page; on the twin with the exact truth beside it. Ctrl-C ends it early.
 
@@ -71,6 +81,7 @@ def record(
         with system, Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
             task = bar.add_task("recording", total=seconds, pairs="")
             _wait_for_pictures(system, stopping)
+            _wait_for_roll(system, stopping, confirmed=roll_confirmed)
             system.handle("record_start", {"name": out.name})
             while not (stopping.wait(_POLL_S) or failures or system.ended):
                 state = system.recording_state()
@@ -106,3 +117,26 @@ def _wait_for_pictures(system: Any, stopping: threading.Event) -> None:
                 f"No pictures came from both cameras within {_PICTURES_S:.0f} s ({said or 'no error known'})."
             )
     system.moments.remove("record")
+
+
+def _wait_for_roll(system: Any, stopping: threading.Event, *, confirmed: bool) -> None:
+    """Return when the roll is valid or will not be, and say so then. confirmed: what a person says of it."""
+    _wait(stopping, _ENCODER_S, lambda: _is_settled(system.roll_status()))
+    if confirmed and system.roll_status().needs == "confirm":
+        system.handle("roll_confirm", {})
+        _wait(stopping, _CONFIRMED_S, lambda: system.roll_status().valid)
+    status = system.roll_status()
+    if not status.valid and status.sentence:
+        way = " With --roll-confirmed the recording has roll." if status.needs == "confirm" else ""
+        click.echo(f"Recording without roll. {status.sentence}{way}", err=True)
+
+
+def _is_settled(status: RollStatus) -> bool:
+    """Return whether waiting changes nothing: it is valid, needs a person, or there is no encoder."""
+    return status.valid or bool(status.needs) or not (status.present or status.sentence)
+
+
+def _wait(stopping: threading.Event, seconds: float, until: Callable[[], bool]) -> None:
+    deadline_s = time.monotonic() + seconds
+    while not until() and time.monotonic() < deadline_s and not stopping.wait(_POLL_S):
+        pass

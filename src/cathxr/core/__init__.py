@@ -14,9 +14,9 @@ from cathxr.core.errors import (
     RegistrationError,
 )
 from cathxr.core.pose import Pose
-from cathxr.core.protocols import Clock, Detector, Sink, Source, Tracker
+from cathxr.core.protocols import Clock, Detector, Sink, Source, Tracker, Zeroed
 from cathxr.core.rig import Catheter, Intrinsics, Marker, Provenance, Rig, RigCamera, Roi, Roll, Timing
-from cathxr.core.signals import Detection, Image, Observation, Reading
+from cathxr.core.signals import Detection, Image, Observation, Reading, RollStatus
 from cathxr.core.track import Event, Health, Status, Track
 
 __all__ = [
@@ -49,10 +49,12 @@ __all__ = [
     "RigCamera",
     "Roi",
     "Roll",
+    "RollStatus",
     "Sink",
     "Source",
     "Status",
     "Timing",
     "Track",
     "Tracker",
+    "Zeroed",
 ]

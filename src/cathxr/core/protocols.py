@@ -1,7 +1,7 @@
 """The verbs: what every driver, tracker and output does."""
 
 from types import TracebackType
-from typing import Protocol, Self, TypeVar
+from typing import Protocol, Self, TypeVar, runtime_checkable
 
 from cathxr.core.signals import Detection, Image, Observation
 from cathxr.core.track import Track
@@ -24,6 +24,29 @@ class Source(Protocol[Item_co]):
 
         Raises:
             DeviceError: the device failed; EndOfStream: there is no more.
+        """
+        ...
+
+
+@runtime_checkable
+class Zeroed(Protocol):
+    """An encoder whose count belongs to a zero that a person vouches for. Any thread may call."""
+
+    def confirm(self) -> None:
+        """Take a person's word that roll is right, after a restart that kept the count.
+
+        Raises:
+            DeviceError: it is closed, or the zero must be set.
+        """
+        ...
+
+    def set_zero(self, count: int) -> None:
+        """Have the present position be `count`: a person holds the handle in the jig.
+
+        It holds from a later reading on: until then readings say that they are not valid.
+
+        Raises:
+            DeviceError: it is closed.
         """
         ...
 

@@ -134,7 +134,9 @@ class Catheter:
 class Roll:
     """How encoder counts become roll.
 
-    gear_ratio: encoder turns per catheter turn; zero_direction (3,) unit, in `box`.
+    gear_ratio: encoder turns per catheter turn; zero_direction (3,) unit, in `box`. zero_count: where roll is 0, in the
+    middle of the play. backlash_deg: the gears' whole play, at the catheter. torsion_...: how far the tip is twisted
+    ahead of the gearbox, for each mm inserted and each 90 degrees of bend; None: taken to be none.
     """
 
     counts_per_turn: float
@@ -170,7 +172,10 @@ class Roll:
 
 @dataclass(frozen=True)
 class Timing:
-    """Measured latencies, seconds. front_offset_s: the front camera's clock minus the top camera's."""
+    """Measured latencies, seconds. front_offset_s: the front camera's clock minus the top camera's.
+
+    encoder_latency_s: what the board and the computer add to a report's own time on the wire.
+    """
 
     top_latency_s: float = 0.0
     front_latency_s: float = 0.0

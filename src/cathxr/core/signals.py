@@ -1,6 +1,7 @@
 """What goes into the waist: pictures, encoder readings, and the measurements made from them."""
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -41,6 +42,25 @@ class Reading:
     count: int
     illegal: int = 0
     flags: int = 0
+
+
+@dataclass(frozen=True)
+class RollStatus:
+    """Whether the roll can be trusted, and what a person has to do where it cannot.
+
+    present: an encoder is connected. valid: its count gives the rig's roll now. needs: "confirm", a person's word that
+    roll is right; "jig", setting roll zero with the jig; "" where nobody needs to do either. sentence: why it is not
+    valid and what to do; empty when valid, and where there is no encoder at all.
+    """
+
+    present: bool
+    valid: bool
+    needs: Literal["", "confirm", "jig"] = ""
+    sentence: str = ""
+
+    def __post_init__(self) -> None:
+        if self.valid and (not self.present or self.needs or self.sentence):
+            raise ValueError("RollStatus: expected a valid roll to be present and to need nothing")
 
 
 def _none_px() -> FloatArray:
@@ -110,7 +130,8 @@ class Observation:
     """One matched set of detections, at the top picture's instant.
 
     skew_ns: the front picture's instant minus the top picture's. roll_rad: unwrapped roll at t_ns, None without a valid
-    one. `seq` is the 0-based index of the pair.
+    one; roll_predicted: it is the encoder's motion carried on for up to one of its sample periods. `seq` is the 0-based
+    index of the pair.
     """
 
     seq: int
@@ -118,10 +139,13 @@ class Observation:
     detections: tuple[Detection, ...]
     skew_ns: int = 0
     roll_rad: float | None = None
+    roll_predicted: bool = False
 
     def __post_init__(self) -> None:
         if self.roll_rad is not None and not np.isfinite(self.roll_rad):
             raise ValueError(f"roll_rad: expected a finite number or None, got {self.roll_rad}")
+        if self.roll_predicted and self.roll_rad is None:
+            raise ValueError("Observation: expected a roll where one was predicted")
 
     def detection(self, camera: str) -> Detection | None:
         """Return the named camera's detection, None where it gave none."""

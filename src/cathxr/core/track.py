@@ -24,8 +24,9 @@ class Track:
     """The catheter at one instant.
 
     shape_box (K, 3) mm in `box`, tip first, entry last, uniform in arc length. box_from_tip: see Frames in
-    ARCHITECTURE.md. roll_rad: unwrapped, None without a valid encoder. sigma_mm: root of the trace of the tip's
-    covariance, calibration included. latency_ns: mid-exposure to Track, None offline. A lost track carries no pose.
+    ARCHITECTURE.md. roll_rad: unwrapped, None without a valid encoder; roll_predicted: see Observation. sigma_mm: root
+    of the trace of the tip's covariance, calibration included. latency_ns: mid-exposure to Track, None offline. A lost
+    track carries no pose.
     """
 
     seq: int
@@ -37,6 +38,7 @@ class Track:
     roll_rad: float | None = None
     sigma_mm: float | None = None
     latency_ns: int | None = None
+    roll_predicted: bool = False
 
     def __post_init__(self) -> None:
         lost = self.status is Status.LOST
@@ -47,6 +49,8 @@ class Track:
             )
         if lost and self.roll_rad is not None:
             raise ValueError("Track: a lost Track carries no roll")
+        if self.roll_predicted and self.roll_rad is None:
+            raise ValueError("Track: expected a roll where one was predicted")
         if self.status is not Status.TRACKED and not self.reason:
             raise ValueError(f"Track: expected a reason with status {self.status.value}")
         if self.shape_box is not None:

@@ -26,8 +26,8 @@ class BoardClock:
     A report arrives late by a varying time, never early; the board's time plus the least lateness is the best there
     is, and the two clocks drift apart by up to half a percent. So the offset is the line below all points (board's
     time, arrival minus board's time) of the last 20 s that comes closest to them: Moon, Skelly, Towsley, "Estimation
-    and removal of clock skew from network delay measurements", INFOCOM 1999. The least lateness itself (transmission,
-    USB) stays in: it is the rig's encoder_latency_s. micros() goes around every 71.6 minutes; with reports closer
+    and removal of clock skew from network delay measurements", INFOCOM 1999. The least lateness itself (USB) stays
+    in: it is the rig's encoder_latency_s. micros() goes around every 71.6 minutes; with reports closer
     together than that nothing is ambiguous.
     """
 

@@ -10,6 +10,7 @@ from cathxr.core import Roll
 NAME = "cathxr-roll"
 PROTOCOL = 1
 BAUD = 115200
+_BITS_PER_BYTE = 10
 USUAL_RATE_HZ = 200
 HIGHEST_RATE_HZ = 400
 LONGEST_LINE = 64
@@ -103,6 +104,11 @@ def guarded(body: str) -> bytes:
 def report_line(report: Report) -> bytes:
     """Return a report as the board sends it."""
     return guarded(f"R {report.seq} {report.us} {report.count} {report.illegal} {report.flags:02X}")
+
+
+def line_ns(report: Report) -> int:
+    """Return how long a report's line takes to be transmitted: 2.1 to 3.7 ms, by how many digits its numbers have."""
+    return round(1e9 * _BITS_PER_BYTE / BAUD * len(report_line(report)))
 
 
 def identity_line(identity: Identity) -> bytes:

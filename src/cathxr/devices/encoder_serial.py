@@ -11,7 +11,7 @@ from cathxr.core import Clock, ConfigError, DeviceError, DeviceLost, DeviceNotFo
 from cathxr.devices import encoder_protocol as protocol
 from cathxr.devices.encoder_ports import Attempt, OpenPort, Port, SerialPort, candidates, find_board, try_port
 from cathxr.devices.encoder_protocol import Identity
-from cathxr.devices.encoder_stream import EncoderState, EncoderStream
+from cathxr.devices.encoder_stream import EncoderLink, EncoderState, EncoderStream
 
 _NS = 1_000_000_000
 _SILENCE_S = 2.0
@@ -24,7 +24,8 @@ _FULL_TURN_DEG = 360.0
 class EncoderOptions:
     """What a person chooses about the encoder. port: None searches.
 
-    For simulations only: open_port, how a port is opened; confirmed: nobody needs to confirm the zero at first.
+    For simulations only: open_port, how a port is opened; confirmed: nobody needs to confirm the zero at the first
+    opening.
     """
 
     port: str | None = None
@@ -36,10 +37,11 @@ class EncoderOptions:
 class SerialEncoder:
     """A Source[Reading] from the board of firmware/roll_encoder.
 
-    Stamps are the latch's instants: the board's clock turned into the host's, minus the rig's encoder_latency_s. `seq`
-    counts the board's reports, so that a lost one leaves a gap. `Reading.flags` are the board's (encoder_protocol) and,
-    from 0x100 on, the host's (encoder_stream): a reading with any bit of INVALID gives no valid roll. Opening resets
-    most boards; the port stays open until the source is left; a board that is gone is found again by entering again.
+    Stamps are the latch's instants: the board's clock turned into the host's, minus the line's own time on the wire and
+    the rig's encoder_latency_s (what the computer adds). `seq` counts the board's reports, so that a lost one leaves a
+    gap. `Reading.flags` are the board's (encoder_protocol) and, from 0x100 on, the host's (encoder_stream): a reading
+    with any bit of INVALID gives no valid roll. Opening resets most boards; the port stays open until the source is
+    left; a board that is gone is found again by entering again.
     `state` says what is known about the count; `confirm` and `set_zero` may be called from any thread.
     """
 
@@ -55,7 +57,7 @@ class SerialEncoder:
         self._ready: deque[Reading] = deque()
         self._next_seq = 0
         self._late = self._past_losses = 0
-        self._vanished = False
+        self._vanished = self._opened = False
         self._last_t_ns = self._heard_ns = self._said_ns = 0
 
     def __enter__(self) -> Self:
@@ -72,8 +74,9 @@ class SerialEncoder:
             first_seq=self._next_seq,
         )
         stream.introduce(self._believed(attempt.identity))
-        if self._options.confirmed and not stream.state.needs_jig:
+        if self._options.confirmed and not self._opened and not stream.state.needs_jig:
             stream.confirm()
+        self._opened = True
         with self._lock:
             self._stream = stream
         self._port, self._heard_ns, self._said_ns = attempt.port, self._clock.now_ns(), 0
@@ -97,6 +100,12 @@ class SerialEncoder:
         """What is known about the count; None while it is closed."""
         with self._lock:
             return None if self._stream is None else self._stream.state
+
+    @property
+    def link(self) -> EncoderLink | None:
+        """How the line to the board does; None while it is closed."""
+        with self._lock:
+            return None if self._stream is None else self._stream.link
 
     @property
     def port_name(self) -> str | None:

@@ -18,6 +18,12 @@ MISCOUNTED = 0x400
 """Reading.flags: so many impossible transitions since the last confirmation that the count may be off by a degree."""
 INVALID = UNCONFIRMED | NO_ZERO | MISCOUNTED
 """A reading with any of these flags gives no valid roll."""
+RUN_SHIFT = 12
+SAME_RUN = 0xF << RUN_SHIFT | 0xF0
+"""Reading.flags: the board's restarts, and how often the count began anew (after a restart, at a new zero), modulo 16.
+
+Between two readings that differ in these the count did not go on, and nothing may be interpolated.
+"""
 
 _FASTEST_COUNTS_S = 200_000
 _SLACK_COUNTS = 64
@@ -74,6 +80,23 @@ class EncoderState:
 
 
 @dataclass(frozen=True)
+class EncoderLink:
+    """How the line to the board does. board_us: its clock at the last report, None before the first.
+
+    drift: how much slower the board's clock runs, as a share. missed, damaged, doubted: reports that never came, lines
+    that came damaged, reports that were not believed. refusals: the board's last ones.
+    """
+
+    board_us: int | None
+    drift: float
+    rate_hz: int
+    missed: int
+    damaged: int
+    doubted: int
+    refusals: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class _Arrival:
     """A report, with when it came."""
 
@@ -84,11 +107,12 @@ class _Arrival:
 class EncoderStream:
     """Readings from what one opened board sends.
 
-    mark: of the rig's zero (see encoder_protocol.mark_of). latency_ns: from latch to arrival at the least, subtracted
-    from every stamp. counts_per_degree: of roll, for how many impossible transitions are too many. first_seq: the
-    number of the first reading. A report is believed when it follows from the one before: time on the board goes on as
-    on the host, numbers and counts by no more than they can. One that does not is held back; when the next one follows
-    from it, the board has restarted without our seeing it say so.
+    mark: of the rig's zero (see encoder_protocol.mark_of). latency_ns: from latch to arrival at the least, without the
+    line's own time on the wire, which is known; both are subtracted from every stamp. counts_per_degree: of roll, for
+    how many impossible transitions are too many. first_seq: the number of the first reading. A report is believed when
+    it follows from the one before: time on the board goes on as on the host, numbers and counts by no more than they
+    can. One that does not is held back; when the next one follows from it, the board has restarted without our seeing
+    it say so.
     """
 
     def __init__(self, *, mark: int, latency_ns: int, counts_per_degree: float, first_seq: int = 0) -> None:
@@ -111,6 +135,7 @@ class EncoderStream:
         self._asking = True
         self._command: Answer | None = None
         self._jump_allowed = False
+        self._run = 0
 
     @property
     def next_seq(self) -> int:
@@ -121,6 +146,14 @@ class EncoderStream:
     def damaged(self) -> int:
         """Lines that came damaged so far."""
         return self._reader.damaged
+
+    @property
+    def link(self) -> EncoderLink:
+        """How the line to the board does."""
+        board_us = None if self._last is None else self._last.report.us
+        return EncoderLink(
+            board_us, self._clock.drift, self.rate_hz, self.missed, self.damaged, self.doubted, self.refusals
+        )
 
     @property
     def wants_identity(self) -> bool:
@@ -200,6 +233,7 @@ class EncoderStream:
     def _begin_anew(self) -> None:
         """The board has restarted: its clock, its numbers and what a person had confirmed are of the past."""
         self._clock, self._last, self._held, self._illegal = BoardClock(), None, None, None
+        self._run += 1
         self.state = replace(self.state, needs_confirmation=True, restarts_seen=self.state.restarts_seen + 1)
 
     def _forgive(self) -> None:
@@ -211,6 +245,7 @@ class EncoderStream:
             self.rate_hz = int(answer.arguments[0])
         if answer == self._command:
             self._jump_allowed = answer.command == "zero"
+            self._run += self._jump_allowed
             self._command = None
             self.state = replace(self.state, needs_jig=False)
             self._forgive()
@@ -260,11 +295,12 @@ class EncoderStream:
         self._count_illegal(report.illegal)
         if report.flags & protocol.MOVED and last is None:
             self.state = replace(self.state, moved=True)
-        t_ns = self._clock.stamp_ns(report.us, came.arrival_ns) - self._latency_ns
+        t_ns = self._clock.stamp_ns(report.us, came.arrival_ns - protocol.line_ns(report)) - self._latency_ns
         if self._last_t_ns is not None and t_ns <= self._last_t_ns:
             t_ns = self._last_t_ns + 1  # the offset was just corrected downwards; order matters more than the rest
         self._last_t_ns = t_ns
-        return Reading(self._seq - 1, t_ns, report.count, report.illegal, report.flags | self.state.flags)
+        flags = report.flags | self.state.flags | self._run % 16 << RUN_SHIFT
+        return Reading(self._seq - 1, t_ns, report.count, report.illegal, flags)
 
     def _count_illegal(self, illegal: int) -> None:
         self._illegal_since += 0 if self._illegal is None else (illegal - self._illegal) % (1 << 16)

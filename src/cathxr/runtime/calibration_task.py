@@ -1,10 +1,10 @@
 """What every calibration with a page has in common: what a task is, its jobs, its end. No threads here."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
-from cathxr.core import ConfigError, Health, Image
+from cathxr.core import ConfigError, Health, Image, Reading
 from cathxr.wire.calibration_messages import CalibrationState
 
 Value = TypeVar("Value")
@@ -43,21 +43,10 @@ class Job(Generic[Value]):
     failed: Callable[[str], None]
 
 
-class Task(Protocol[Found]):
-    """One calibration: pictures and commands in, states out. `examine` may be called from any thread at any time.
-
-    All other methods are called by one thread at a time, and return soon.
-    """
+class Steps(Protocol):
+    """One calibration: commands in, states out. All methods are called by one thread at a time, and return soon."""
 
     ending: Ending | None
-
-    def examine(self, image: Image) -> Found:
-        """Return what is in a picture: the slow part."""
-        ...
-
-    def look(self, image: Image, found: Found) -> None:
-        """Take a picture and what was found in it."""
-        ...
 
     def handle(self, name: str, args: Mapping[str, Any]) -> Mapping[str, Any]:
         """Carry out a command and return its result.
@@ -72,11 +61,31 @@ class Task(Protocol[Found]):
         ...
 
     def note_health(self, sources: Mapping[str, Health]) -> None:
-        """Take the state of the cameras."""
+        """Take the state of the devices."""
         ...
 
     def state(self) -> CalibrationState:
         """Return what the page shows."""
+        ...
+
+
+class Task(Steps, Protocol[Found]):
+    """A calibration with pictures. `examine` may be called from any thread at any time, all else as in Steps."""
+
+    def examine(self, image: Image) -> Found:
+        """Return what is in a picture: the slow part."""
+        ...
+
+    def look(self, image: Image, found: Found) -> None:
+        """Take a picture and what was found in it."""
+        ...
+
+
+class ReadingsTask(Steps, Protocol):
+    """A calibration with the encoder."""
+
+    def take(self, readings: Sequence[Reading]) -> None:
+        """Take the encoder's readings since the last time, in order; none when it is silent."""
         ...
 
 

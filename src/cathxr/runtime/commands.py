@@ -87,6 +87,20 @@ def manoeuvre_command(world: Steerable | None, clock: Clock) -> Command:
     return manoeuvre
 
 
+def roll_command(name: str, act: Callable[[], None] | None, done: Callable[[], None]) -> Command:
+    """Return a command without arguments that has `act` done to the encoder and then calls `done`."""
+
+    def command(args: Mapping[str, Any]) -> Mapping[str, Any]:
+        only(name, args, ())
+        if act is None:
+            raise ConfigError("This source has no roll encoder of its own: there is nothing to confirm or set.")
+        act()
+        done()
+        return {}
+
+    return command
+
+
 def only(command: str, args: Mapping[str, Any], known: tuple[str, ...]) -> None:
     """Raise ConfigError where `args` holds a key that the command does not take."""
     unknown = sorted(set(args) - set(known))

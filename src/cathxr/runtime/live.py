@@ -3,16 +3,18 @@
 import logging
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from functools import partial
 from types import TracebackType
 from typing import Any, Protocol, Self
 
-from cathxr.core import Clock, EndOfStream, Event, Health, Image, Reading, Source, Track
-from cathxr.runtime.commands import Commands, Steerable, manoeuvre_command, only, steer_command
+from cathxr.core import Clock, EndOfStream, Event, Health, Image, Reading, RollStatus, Source, Track
+from cathxr.runtime.commands import Command, Commands, Steerable, manoeuvre_command, only, roll_command, steer_command
 from cathxr.runtime.fanout import Fanout, sentence
-from cathxr.runtime.moment import HealthReport, Moment, MomentSource, RecordingState
+from cathxr.runtime.moment import HealthReport, Moment, MomentSource, RecordingState, RollReport, RollSource
 from cathxr.runtime.queues import Deadline
 from cathxr.runtime.recording import OpenSession, Recordings
+from cathxr.runtime.roll_watch import RollWatch
 from cathxr.runtime.supervisor import Meter, RetryPolicy
 
 _READ_TIMEOUT_S = 0.2
@@ -32,27 +34,33 @@ class Outlet(Protocol):
     def publish_picture(self, image: Image, *, seq: int) -> None: ...
     def publish_event(self, event: Event) -> None: ...
     def publish_health(self, sources: tuple[Health, ...], *, t_ns: int, skew_ns: int | None = None) -> None: ...
+    def publish_roll(self, status: RollStatus, *, predicted: bool) -> None: ...
     def publish_session(self, *, recording: bool, name: str | None = None, seconds: float = 0.0) -> None: ...
 
 
 @dataclass(frozen=True, eq=False)
 class LiveOptions:
-    """What a live system may have besides its source. Without an entry it refuses what would need it."""
+    """What a live system may have besides its source. Without an entry it refuses what would need it.
+
+    commands: further ones, by name.
+    """
 
     world: Steerable | None = None
     truth: Truth | None = None
     open_session: OpenSession | None = None
     no_recording: str = "This system records nothing: it was started without a folder for recordings."
     record_videos: bool = False
+    commands: Mapping[str, Command] = field(default_factory=dict)
     policy: RetryPolicy = field(default_factory=RetryPolicy)
 
 
 class LiveSystem:
     """Runs a source of Tracks in a thread and hands on what comes. A context manager: entering starts, leaving stops.
 
-    Takers are added to `moments`, `truths`, `events`, `reports` (Health, once a second) and `recordings` (the
-    recorder's state, once a second while it runs and at every change); they are called in the system's threads and
-    never block. Any source will do; one that is a MomentSource also gives Observations, pictures and resets.
+    Takers are added to `moments`, `truths`, `events`, `reports` (Health, once a second), `rolls` (the roll's validity,
+    at every change) and `recordings` (the recorder's state, once a second while it runs and at every change); they are
+    called in the system's threads and never block. Any source will do; one that is a MomentSource also gives
+    Observations, pictures and resets, one that is a RollSource the roll's validity.
     """
 
     def __init__(self, source: Source[Track], *, clock: Clock, options: LiveOptions | None = None) -> None:
@@ -61,9 +69,12 @@ class LiveSystem:
         self.events: Fanout[Event] = Fanout()
         self.reports: Fanout[HealthReport] = Fanout()
         self.recordings: Fanout[RecordingState] = Fanout()
+        self.rolls: Fanout[RollReport] = Fanout()
         self._source, self._clock = source, clock
         self._options = options or LiveOptions()
         self._rich = source if isinstance(source, MomentSource) else None
+        self._rolled = source if isinstance(source, RollSource) else None
+        self._roll_watch = RollWatch(self._rolled, clock=clock, write=self._tell_roll)
         self._recorder = Recordings(
             self._options.open_session if self._rich is not None else None,
             clock=clock,
@@ -87,6 +98,7 @@ class LiveSystem:
         if self._rich is not None:
             self._rich.resets.add("recorder", self._after_reset)
         self.moments.add("recorder", self._record_moment)
+        self.moments.add("roll", self._roll_watch.note)
         for thread in self._threads:
             thread.start()
         return self
@@ -133,6 +145,7 @@ class LiveSystem:
         self.events.add(name, outlet.publish_event)
         self.reports.add(name, report)
         self.recordings.add(name, session)
+        self.rolls.add(name, lambda each: outlet.publish_roll(each.status, predicted=each.predicted))
 
     def take_reading(self, reading: Reading) -> None:
         """Record an encoder reading: a taker for `OpticalSource.readings`."""
@@ -157,6 +170,10 @@ class LiveSystem:
         """Return whether a recording runs."""
         return self._recorder.state()
 
+    def roll_status(self) -> RollStatus:
+        """Return whether the roll is valid, and what to do where it is not."""
+        return RollStatus(False, False) if self._rolled is None else self._rolled.roll_status(self._clock.now_ns())
+
     def wait_written(self, timeout_s: float) -> bool:
         """Wait until the recording that was stopped last is on the disk; return whether it is."""
         return self._recorder.wait(timeout_s)
@@ -174,7 +191,7 @@ class LiveSystem:
             report = recorder.report()
             losses = report.lost_pairs + report.lost_items + report.lost_pictures
             sources.append(Health(now_ns, "recorder", True, None, 0.0, losses, report.error))
-        for fanout in (self.moments, self.truths, self.events, self.reports, self.recordings):
+        for fanout in (self.moments, self.truths, self.events, self.reports, self.recordings, self.rolls):
             sources += fanout.health(now_ns)
         return HealthReport(now_ns, tuple(sources), None if self._rich is None else self._rich.skew_ns)
 
@@ -185,13 +202,30 @@ class LiveSystem:
         commands.add("reset_tracker", self._reset_tracker)
         commands.add("record_start", self._recorder.start)
         commands.add("record_stop", self._recorder.stop)
+        rolled = self._rolled
+        confirm, zero = (None, None) if rolled is None else (rolled.confirm_roll, rolled.zero_roll)
+        commands.add("roll_confirm", roll_command("roll_confirm", confirm, partial(self._say, "roll_confirmed")))
+        commands.add("roll_zero", roll_command("roll_zero", zero, partial(self._say, "roll_zeroed")))
+        for name, command in self._options.commands.items():
+            commands.add(name, command)
         return commands
 
     def _reset_tracker(self, args: Mapping[str, Any]) -> Mapping[str, Any]:
         only("reset_tracker", args, ())
         self._request_reset()
-        self.announce(Event(self._clock.now_ns(), "reset_asked", {}))
+        self._say("reset_asked")
         return {}
+
+    def _say(self, kind: str) -> None:
+        """Tell everyone, and the recording, that this has happened now."""
+        self.announce(Event(self._clock.now_ns(), kind, {}))
+
+    def _tell_roll(self, report: RollReport) -> None:
+        """Hand on the roll's validity; the recording gets it too, as an event."""
+        self.rolls.write(report)
+        recorder = self._recorder.recorder
+        if recorder is not None:
+            recorder.event(Event(self._clock.now_ns(), "roll_status", asdict(report.status)))
 
     def _request_reset(self) -> None:
         if self._rich is not None:
@@ -266,6 +300,7 @@ class LiveSystem:
             for each in report.sources:
                 recorder.health(each)
         self.reports.write(report)
+        self._roll_watch.look(predictions=True)
         state = self._recorder.state()
         if state.recording:
             self.recordings.write(state)

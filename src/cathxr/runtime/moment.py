@@ -4,21 +4,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from cathxr.core import Health, Image, Observation, Source, Track
+from cathxr.core import Health, Image, Observation, RollStatus, Source, Track
 from cathxr.runtime.fanout import Fanout
 
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """One Track and what it was made from: the Observation and the pictures (by camera) where there are any.
-
-    roll_predicted: the roll is the encoder's motion carried on for up to one sample period beyond its last reading.
-    """
+    """One Track and what it was made from: the Observation and the pictures (by camera) where there are any."""
 
     track: Track
     observation: Observation | None = None
     images: Mapping[str, Image] = field(default_factory=dict)
-    roll_predicted: bool = False
 
 
 @dataclass(frozen=True)
@@ -37,6 +33,31 @@ class RecordingState:
     recording: bool
     name: str | None = None
     seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class RollReport:
+    """The roll's validity. predicted: whether a Track since the last report had a predicted roll."""
+
+    status: RollStatus
+    predicted: bool = False
+
+
+@runtime_checkable
+class RollSource(Protocol):
+    """A source that has an encoder of its own, or could have. Any thread may call."""
+
+    def roll_status(self, now_ns: int) -> RollStatus:
+        """Return whether the roll is valid, and what to do where it is not."""
+        ...
+
+    def confirm_roll(self) -> None:
+        """Take a person's word that roll is right. Raises CathxrError where that cannot be or is not enough."""
+        ...
+
+    def zero_roll(self) -> None:
+        """Have the present position be roll zero: the handle is in the jig. Raises CathxrError where it cannot be."""
+        ...
 
 
 @runtime_checkable

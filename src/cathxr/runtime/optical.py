@@ -25,16 +25,17 @@ from cathxr.core import (
     Observation,
     Reading,
     Rig,
+    RollStatus,
     Source,
     Status,
     Track,
     Tracker,
 )
 from cathxr.runtime.fanout import Fanout, sentence
-from cathxr.runtime.history import History, Sample
 from cathxr.runtime.moment import Moment
 from cathxr.runtime.pairing import Pair, Pairer
 from cathxr.runtime.queues import Deadline, Queue
+from cathxr.runtime.roll import LiveRoll, RollAt
 from cathxr.runtime.supervisor import DeviceThread, Meter, RetryPolicy
 
 _log = logging.getLogger(__name__)
@@ -81,7 +82,7 @@ class OpticalSource:
         periods = [round(1e9 / self._rig.cameras[name].rate_hz) for name in CAMERAS]
         self._pairer: Pairer[Image] = Pairer(periods[0], periods[1])
         self._pictures: Queue[tuple[int, Image, int]] = Queue(_PICTURES_BOUND)
-        self._history = History()
+        self._roll = LiveRoll(self._rig.roll, self._encoder)
         self._threads: dict[str, DeviceThread[Image] | DeviceThread[Reading]] = {}
         self._helper: ThreadPoolExecutor | None = None
         self._meter = Meter()
@@ -103,7 +104,7 @@ class OpticalSource:
             self._threads[name] = DeviceThread(name, self._cameras[name], deliver, clock=clock, policy=policy)
         if self._encoder is not None:
             self._threads["encoder"] = DeviceThread(
-                "encoder", self._encoder, self._take_reading, clock=clock, policy=policy, lost=self._history.clear
+                "encoder", self._encoder, self._take_reading, clock=clock, policy=policy, lost=self._roll.forget
             )
         for thread in self._threads.values():
             thread.start()
@@ -164,6 +165,26 @@ class OpticalSource:
         )
         return (*devices, tracker, *self.readings.health(now_ns))
 
+    def roll_status(self, now_ns: int) -> RollStatus:
+        """Return whether the roll is valid, and what to do where it is not. From any thread."""
+        thread = self._threads.get("encoder")
+        if thread is None:
+            return self._roll.status(now_ns, running=False, error=None)
+        health = thread.health(now_ns)
+        return self._roll.status(now_ns, running=health.running, error=health.last_error)
+
+    def confirm_roll(self) -> None:
+        """Take a person's word that roll is right. From any thread.
+
+        Raises:
+            CathxrError: there is nothing to confirm it to, or it is not enough; the sentence says what is.
+        """
+        self._roll.confirm()
+
+    def zero_roll(self) -> None:
+        """Have the present position be roll zero: the handle is in the jig. From any thread. Raises as confirm_roll."""
+        self._roll.zero()
+
     @property
     def skew_ns(self) -> int | None:
         """The front picture's instant minus the top's, latest complete pair."""
@@ -175,7 +196,7 @@ class OpticalSource:
 
     def _take_reading(self, reading: Reading) -> None:
         """Keep a reading and pass it on; runs in the encoder's thread."""
-        self._history.add(reading)
+        self._roll.add(reading)
         self.readings.write(reading)
 
     def _collect(self, wait_s: float) -> list[Pair[Image]]:
@@ -199,12 +220,12 @@ class OpticalSource:
         given = zip(CAMERAS, (pair.first, pair.second), strict=True)
         images = {name: image for name, image in given if image is not None}
         self._skew_ns = pair.skew_ns if pair.skew_ns is not None else self._skew_ns
-        sample = self._history.at(pair.t_ns)
+        roll = self._roll.at(pair.t_ns)
         observation = None
         try:
             self._apply_reset(seq)
             detections = self._detect(images, pair.t_ns)
-            observation = Observation(seq, pair.t_ns, detections, pair.skew_ns or 0, self._roll_rad(sample))
+            observation = self._observation(seq, pair, detections, roll)
             track = self._tracker.update(observation)
             self._error = None
         except Exception as error:  # stored, shown, and begun anew: one bad picture must not end the tracking
@@ -214,7 +235,7 @@ class OpticalSource:
         self._meter.count(seq, now_ns)
         if images:
             track = replace(track, latency_ns=max(0, now_ns - pair.t_ns))
-        return Moment(track, observation, images, roll_predicted=sample is not None and sample.predicted)
+        return Moment(track, observation, images)
 
     def _failed(self, seq: int, t_ns: int, error: Exception) -> Track:
         """Return the lost Track of a pair on which a detector or the tracker raised."""
@@ -225,9 +246,16 @@ class OpticalSource:
         self.request_reset()
         return Track(seq, t_ns, Status.LOST, reason=f"internal error: {text}")
 
-    def _roll_rad(self, sample: Sample | None) -> float | None:
-        """Return the unwrapped roll of an encoder count, None without one or where the rig states no encoder."""
-        return None if sample is None or self._rig.roll is None else self._rig.roll.angle_rad(sample.count)
+    @staticmethod
+    def _observation(seq: int, pair: Pair[Image], detections: tuple[Detection, ...], roll: RollAt) -> Observation:
+        return Observation(
+            seq,
+            pair.t_ns,
+            detections,
+            pair.skew_ns or 0,
+            roll_rad=roll.roll_rad,
+            roll_predicted=roll.predicted,
+        )
 
     def _detect(self, images: Mapping[str, Image], t_ns: int) -> tuple[Detection, ...]:
         """Return one Detection for each camera, top first; the second view runs beside the first."""

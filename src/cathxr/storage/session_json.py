@@ -51,6 +51,7 @@ def observation_json(observation: Observation) -> dict[str, Any]:
         "t_ns": int(observation.t_ns),
         "skew_ns": int(observation.skew_ns),
         "roll_rad": _number(observation.roll_rad),
+        "roll_predicted": bool(observation.roll_predicted),
         "detections": [_detection_json(each) for each in observation.detections],
     }
 
@@ -68,6 +69,7 @@ def track_json(track: Track) -> dict[str, Any]:
         if pose is None
         else {"rotation_wxyz": pose.rotation_wxyz.tolist(), "translation_mm": pose.translation_mm.tolist()},
         "roll_rad": _number(track.roll_rad),
+        "roll_predicted": bool(track.roll_predicted),
         "sigma_mm": _number(track.sigma_mm),
         "latency_ns": None if track.latency_ns is None else int(track.latency_ns),
     }
@@ -113,7 +115,9 @@ def decoded(topic: str, data: bytes) -> Item:
 
 def _observation(values: dict[str, Any]) -> Observation:
     detections = tuple(_detection(each) for each in values["detections"])
-    return Observation(values["seq"], values["t_ns"], detections, values["skew_ns"], values["roll_rad"])
+    # Sessions of before the roll's flag have none.
+    predicted = values.get("roll_predicted", False)
+    return Observation(values["seq"], values["t_ns"], detections, values["skew_ns"], values["roll_rad"], predicted)
 
 
 def _track(values: dict[str, Any]) -> Track:
@@ -128,6 +132,7 @@ def _track(values: dict[str, Any]) -> Track:
         roll_rad=values["roll_rad"],
         sigma_mm=values["sigma_mm"],
         latency_ns=values["latency_ns"],
+        roll_predicted=values.get("roll_predicted", False),
     )
 
 

@@ -35,6 +35,8 @@ def _numbers(description: str, *, may_be_null: bool = False) -> dict[str, Any]:
 _SEQ = _of("integer", "counts from 0")
 _T = _of("integer", "nanoseconds of the host's monotonic clock, mid-exposure for pictures")
 
+_PREDICTED = _of("boolean", "whether the roll is carried on beyond the encoder's last reading, by one period at most")
+
 _DETECTION = _object(
     "Detection",
     "what one picture shows, in raw pixels; found when reason is null",
@@ -77,7 +79,8 @@ def _track(title: str, description: str) -> dict[str, Any]:
             "reason": _of("string", "why it is not tracked, empty when it is"),
             "shape_box": _rows(3, "centreline, mm in box, tip first, uniform in arc length", may_be_null=True),
             "box_from_tip": _POSE,
-            "roll_rad": _of("number", "unwrapped roll", may_be_null=True),
+            "roll_rad": _of("number", "unwrapped roll, null where it is not valid", may_be_null=True),
+            "roll_predicted": _PREDICTED,
             "sigma_mm": _of("number", "root of the trace of the tip's covariance", may_be_null=True),
             "latency_ns": _of("integer", "mid-exposure to Track", may_be_null=True),
         },
@@ -93,7 +96,7 @@ SCHEMAS: Mapping[str, dict[str, Any]] = {
             "t_ns": _T,
             "count": _of("integer", "after x4 decoding"),
             "illegal": _of("integer", "impossible transitions so far"),
-            "flags": _of("integer", "the board's own"),
+            "flags": _of("integer", "the board's own, and from 256 on the driver's; 256, 512, 1024: no valid roll"),
         },
     ),
     "/observation": _object(
@@ -103,7 +106,8 @@ SCHEMAS: Mapping[str, dict[str, Any]] = {
             "seq": _of("integer", "0-based index of the picture pair"),
             "t_ns": _T,
             "skew_ns": _of("integer", "the front picture's instant minus the top picture's"),
-            "roll_rad": _of("number", "unwrapped roll at t_ns", may_be_null=True),
+            "roll_rad": _of("number", "unwrapped roll at t_ns, null where it is not valid", may_be_null=True),
+            "roll_predicted": _PREDICTED,
             "detections": {"type": "array", "items": _DETECTION},
         },
     ),

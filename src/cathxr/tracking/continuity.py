@@ -3,7 +3,8 @@
 import math
 from dataclasses import replace
 
-from cathxr.core import Observation, Status, Track
+from cathxr.core import Observation, Pose, Status, Track
+from cathxr.geometry.pose import turned_about_z
 
 COAST_NS = 250_000_000
 """How long a Track may coast. A trainee's hand moves a tip at 50-150 mm/s, so a longer guess would mislead."""
@@ -43,14 +44,26 @@ class Continuity:
         return track
 
     def coasting(self, observation: Observation, reason: str) -> Track:
-        """Return the last good pose, flagged and with a larger sigma, or a lost Track when it is too old."""
+        """Return the last good pose, flagged and with a larger sigma, or a lost Track when it is too old.
+
+        The roll is the observation's: the encoder goes on while pictures are missing, and may have become invalid.
+        """
         last = self._last
         age_ns = observation.t_ns - last.t_ns if last is not None else 0
-        if last is None or last.sigma_mm is None or not 0 <= age_ns <= COAST_NS:
+        if last is None or last.box_from_tip is None or last.sigma_mm is None or not 0 <= age_ns <= COAST_NS:
             return self.lost(observation, reason)
         sigma = math.hypot(last.sigma_mm, COAST_SPEED_MM_S * age_ns * 1e-9)
+        turned_rad = (observation.roll_rad or 0.0) - (last.roll_rad or 0.0)
         return replace(
-            last, seq=observation.seq, t_ns=observation.t_ns, status=Status.COASTING, reason=reason, sigma_mm=sigma
+            last,
+            seq=observation.seq,
+            t_ns=observation.t_ns,
+            status=Status.COASTING,
+            reason=reason,
+            box_from_tip=_turned(last.box_from_tip, turned_rad),
+            roll_rad=observation.roll_rad,
+            roll_predicted=observation.roll_predicted,
+            sigma_mm=sigma,
         )
 
     def lost(self, observation: Observation, reason: str) -> Track:
@@ -61,3 +74,10 @@ class Continuity:
     def reset(self) -> None:
         """Forget what came before."""
         self._last = None
+
+
+def _turned(box_from_tip: Pose, angle_rad: float) -> Pose:
+    """Return the pose after a turn of the tip about its own tangent."""
+    if angle_rad == 0.0:
+        return box_from_tip
+    return Pose.from_matrix(turned_about_z(box_from_tip.rotation, angle_rad), box_from_tip.translation_mm)

@@ -5,6 +5,7 @@ import numpy as np
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
 from cathxr.geometry import CameraModel, nearest_to_rays, resampled, tip_pose
 from cathxr.geometry.calibration_error import camera_errors, point_covariance
+from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
 from cathxr.tracking.fit import CurveFit, camera_table, fit_curve
 from cathxr.tracking.matching import match, ray_distances
@@ -14,6 +15,7 @@ _HIDDEN_MM = 25.0
 """How much of the catheter's beginning may be hidden by the inlet before the entry is a guess too far."""
 _ALIGNED = 0.25
 """Least cosine between the beginning's direction and the insertion axis for extrapolating the entry."""
+_LONGEST_FOLD_MM = 5.0
 _MATCH_SIGMA_MM = 0.25
 _CORRELATION = 1.1
 """Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of
@@ -32,7 +34,7 @@ class ModelTracker:
         errors = camera_errors(rig)
         self._errors = [errors[name] for name in self._names]
         self._radius = 0.5 * rig.catheter.diameter_mm
-        self._zero = rig.zero_direction
+        self._zero, self._roll = rig.zero_direction, rig.roll
         self._points = points
         self._continuity = Continuity()
 
@@ -57,7 +59,8 @@ class ModelTracker:
             return self._continuity.lost(observation, result)
         shape, sigma = result
         roll = observation.roll_rad
-        pose = tip_pose(shape, zero_direction=self._zero, roll_rad=roll or 0.0)
+        turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
+        pose = tip_pose(shape, zero_direction=self._zero, roll_rad=turn)
         return self._continuity.tracked(
             Track(
                 seq=observation.seq,
@@ -66,6 +69,7 @@ class ModelTracker:
                 shape_box=resampled(shape, self._points),
                 box_from_tip=pose,
                 roll_rad=roll,
+                roll_predicted=observation.roll_predicted,
                 sigma_mm=sigma,
             )
         )
@@ -116,6 +120,7 @@ class ModelTracker:
             entry = dense[last] + share * (dense[last + 1] - dense[last])
             dense = np.vstack([dense[: last + 1], entry])
         else:
+            dense = _unfolded(dense)
             direction = _mean_direction(dense)
             if dense[-1, 0] > _HIDDEN_MM or direction[0] > -_ALIGNED:
                 return "the catheter's beginning at the inlet is not seen"
@@ -163,6 +168,25 @@ def _parameters(indices: np.ndarray[tuple[int], np.dtype[np.int64]], fraction: F
     total = np.bincount(indices, weights=fraction, minlength=count)
     times = np.bincount(indices, minlength=count)
     return np.where(times > 0, total / np.maximum(times, 1), -1.0)
+
+
+def _unfolded(dense: FloatArray) -> FloatArray:
+    """Return the curve (M, 3) without what turns back at its beginning, where the two views see it begin elsewhere.
+
+    Such a fold is short and moves nothing else, but a frame carried around it would arrive upside down. As much again
+    before it goes too: that is the way into the fold.
+    """
+    steps = np.diff(dense, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    forwards = steps[:, 0] < -_ALIGNED * lengths
+    for last in range(len(steps), max(2, len(dense) // 2), -1):
+        if forwards[last - 1]:
+            folded_mm = float(lengths[last:].sum())
+            if not 0.0 < folded_mm < _LONGEST_FOLD_MM:
+                return dense
+            before_mm = np.cumsum(lengths[:last][::-1])
+            return dense[: max(3, last + 1 - int(np.searchsorted(before_mm, folded_mm)))]
+    return dense
 
 
 def _mean_direction(dense: FloatArray) -> FloatArray:

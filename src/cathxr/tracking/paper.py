@@ -5,6 +5,7 @@ import numpy as np
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
 from cathxr.geometry.curves import resampled, tip_pose
 from cathxr.geometry.fiducial_plane import FiducialPlane
+from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
 
 _VIEWS = ("top", "front")
@@ -26,7 +27,7 @@ class PaperTracker:
         if points < 2:
             raise ValueError(f"points: expected at least 2, got {points}")
         self._points = points
-        self._zero_direction = rig.zero_direction
+        self._zero_direction, self._roll = rig.zero_direction, rig.roll
         self._planes = {view: FiducialPlane.of(rig, view) for view in _VIEWS}
         self._continuity = Continuity()
         self._most_disagreement_mm = _LEAST_DISAGREEMENT_MM + _parallax_mm(rig, self._planes)
@@ -61,7 +62,8 @@ class PaperTracker:
         along = 0.5 * (top_mm[:, 0] + front_mm[:, 0])
         shape_box = resampled(np.column_stack([along, top_mm[:, 1], front_mm[:, 1]]), self._points)
         roll = observation.roll_rad
-        pose = tip_pose(shape_box, zero_direction=self._zero_direction, roll_rad=0.0 if roll is None else roll)
+        turn = tip_roll_rad(self._roll, shape_box=shape_box, roll_rad=roll)
+        pose = tip_pose(shape_box, zero_direction=self._zero_direction, roll_rad=turn)
         sigma = self._sigma_mm(shape_box[0], {"top": top, "front": front})
         return self._continuity.tracked(
             Track(
@@ -71,6 +73,7 @@ class PaperTracker:
                 shape_box=shape_box,
                 box_from_tip=pose,
                 roll_rad=roll,
+                roll_predicted=observation.roll_predicted,
                 sigma_mm=sigma,
             )
         )

@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from cathxr.core import Clock, ConfigError, Image, Reading, Rig
+from cathxr.twin.gears import Gears
 from cathxr.twin.placement import true_rig
 from cathxr.twin.render import CameraRenderer
 from cathxr.twin.scenes import scene
@@ -99,13 +100,11 @@ class TwinEncoder:
             raise ConfigError(f"The rig {rig.name!r} has no [roll] and so no encoder to simulate: add [roll] to it.")
         self.world = world_of(rig, options)
         self._clock = clock
-        self._roll = rig.roll
         settings = self.world.settings
         rate_hz = rate_of(options, default=settings.encoder_rate_hz)
         self._stamp_off_ns = _stamp_off_ns(options, known_s=rig.timing.encoder_latency_s)
         self._timed = Timed(clock, origin_ns=self.world.start_ns, rate_hz=rate_hz, ready_ns=0)
-        self._play_rad = np.deg2rad(settings.encoder_backlash_deg)
-        self._followed_rad: float | None = None
+        self._gears = Gears(self.world, rig.roll)
 
     @property
     def losses(self) -> int:
@@ -113,7 +112,7 @@ class TwinEncoder:
         return self._timed.losses
 
     def __enter__(self) -> Self:
-        self._followed_rad = None
+        self._gears.reset()
         self._timed.start()
         return self
 
@@ -132,15 +131,7 @@ class TwinEncoder:
         if due is None:
             return None
         seq, t_ns = due
-        return Reading(seq, t_ns + self._stamp_off_ns, self._count(np.deg2rad(self.world.controls(t_ns).roll_deg)))
-
-    def _count(self, roll_rad: float) -> int:
-        """Return the count that the gears pass on: they follow only when their play is used up."""
-        half = 0.5 * self._play_rad
-        before = roll_rad if self._followed_rad is None else self._followed_rad
-        self._followed_rad = min(max(before, roll_rad - half), roll_rad + half)
-        per_rad = self._roll.direction * self._roll.counts_per_turn * self._roll.gear_ratio / (2.0 * np.pi)
-        return int(np.floor(self._roll.zero_count + per_rad * self._followed_rad + 0.5))
+        return Reading(seq, t_ns + self._stamp_off_ns, self._gears.count(t_ns))
 
 
 def world_of(rig: Rig, options: Mapping[str, Any]) -> TwinWorld:

@@ -40,20 +40,31 @@ class CatheterBody:
     """What one catheter in one inlet always has.
 
     radius_mm; entry_frame (3, 3): columns x (roll zero), y, z (insertion) in `box`; memory_per_mm (2,): curvature of
-    the body towards the beam and to the left, 1/mm.
+    the body towards the beam and to the left, 1/mm. torsion_per_mm, torsion_per_bend: twist of the tip's frame ahead of
+    the handle, rad for each mm inserted and rad for each rad of bend.
     """
 
     radius_mm: float
     entry_frame: FloatArray
     memory_per_mm: FloatArray
+    torsion_per_mm: float = 0.0
+    torsion_per_bend: float = 0.0
 
     @classmethod
     def of(
-        cls, *, radius_mm: float, tilt_rad: FloatArray, zero_direction: FloatArray, memory_per_mm: FloatArray
+        cls,
+        *,
+        radius_mm: float,
+        tilt_rad: FloatArray,
+        zero_direction: FloatArray,
+        memory_per_mm: FloatArray,
+        torsion_per_mm: float = 0.0,
+        torsion_per_bend: float = 0.0,
     ) -> "CatheterBody":
         """Return a body that enters along +x tilted by (2,) rad towards +y and +z."""
         tangent = np.array([1.0, np.tan(tilt_rad[0]), np.tan(tilt_rad[1])])
-        return cls(radius_mm, frame_from_tangent(tangent, zero_direction), memory_per_mm)
+        frame = frame_from_tangent(tangent, zero_direction)
+        return cls(radius_mm, frame, memory_per_mm, torsion_per_mm, torsion_per_bend)
 
     @property
     def least_insertion_mm(self) -> float:
@@ -84,15 +95,16 @@ def sphere_path(body: CatheterBody, controls: Controls, *, steps: int, behind_mm
 
 
 def _path(body: CatheterBody, controls: Controls, *, length: float, steps: int) -> tuple[FloatArray, FloatArray]:
-    """Return points (steps + 1, 3) from the entry on and the transported frame (3, 3) at the last."""
+    """Return points (steps + 1, 3) from the entry on and the frame (3, 3) at the last: transported, then twisted."""
     roll = np.deg2rad(controls.roll_deg)
     turn = np.array([[np.cos(roll), -np.sin(roll)], [np.sin(roll), np.cos(roll)]])
     flexion = turn @ np.deg2rad([controls.anterior_deg, controls.left_deg])
     memory = turn @ body.memory_per_mm
     path = np.empty((steps + 1, 3))
     frame = body.entry_frame.copy()
-    _integrate(path, frame, length, controls.insertion_mm, flexion, memory, max(_END_MM, body.radius_mm))
-    return path, frame
+    bend = _integrate(path, frame, length, controls.insertion_mm, flexion, memory, max(_END_MM, body.radius_mm))
+    torsion = body.torsion_per_mm * length + body.torsion_per_bend * bend
+    return path, frame if torsion == 0.0 else turned_about_z(frame, torsion)
 
 
 @njit(cache=True, nogil=True)
@@ -107,8 +119,12 @@ def _ramp(x: float) -> float:
 
 @njit(cache=True, nogil=True)
 def _integrate(path, frame, length, insertion, flexion, memory, end_mm):  # type: ignore[no-untyped-def]
-    """Fill `path` and carry `frame` (two normals, tangent) along it; each step is an arc of its middle's curvature."""
+    """Fill `path`, carry `frame` (two normals, tangent) along it and return the whole bend, rad.
+
+    Each step is an arc of its middle's curvature.
+    """
     steps = path.shape[0] - 1
+    whole = 0.0
     h = length / steps
     path[0] = 0.0
     for i in range(steps):
@@ -135,3 +151,5 @@ def _integrate(path, frame, length, insertion, flexion, memory, end_mm):  # type
             frame[j, 0] += change * c1
             frame[j, 1] += change * c2
             frame[j, 2] = cosine * tangent + sine * towards
+        whole += angle
+    return whole

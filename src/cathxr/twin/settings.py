@@ -1,5 +1,6 @@
 """Everything that can be chosen about the simulated vision box, in one frozen record."""
 
+import math
 from dataclasses import dataclass
 
 Colour = tuple[float, float, float]
@@ -40,6 +41,7 @@ _NOT_NEGATIVE = (
     "black_level_dn",
     "encoder_backlash_deg",
 )
+_FINITE = ("torsion_deg_per_mm", "torsion_deg_per_quarter_bend")
 _POSITIVE = ("gain", "electrons_per_dn", "gamma", "encoder_rate_hz")
 
 
@@ -51,6 +53,8 @@ class TwinSettings:
         manoeuvre: name of the script that moves the catheter (see `manoeuvres.NAMES`).
         catheter: whether there is a catheter at all.
         entry_tilt_deg: greatest tilt of the catheter in the inlet, by seed. memory_deg_per_mm: its body's own bend.
+        torsion_deg_per_mm, torsion_deg_per_quarter_bend: by how much the tip is twisted ahead of the handle, for each
+        mm inserted and for each 90 degrees of bend; of the tip's frame only, the shape is what it is without.
     How the catheter looks:
         colours: its bands' reflectances from the tip on, each `band_mm` long (one colour: no bands).
         transmission: the share of the back-light that shines through it. specular: strength of its shine.
@@ -119,6 +123,8 @@ class TwinSettings:
     front_skew_ms: float = 0.0
     fault: str = ""
     encoder_backlash_deg: float = 0.0
+    torsion_deg_per_mm: float = 0.0
+    torsion_deg_per_quarter_bend: float = 0.0
     encoder_rate_hz: float = 200.0
 
     def __post_init__(self) -> None:
@@ -128,6 +134,8 @@ class TwinSettings:
             _check(getattr(self, name) >= 0, name, "a number of at least 0", getattr(self, name))
         for name in _POSITIVE:
             _check(getattr(self, name) > 0, name, "a positive number", getattr(self, name))
+        for name in _FINITE:
+            _check(math.isfinite(getattr(self, name)), name, "a finite number", getattr(self, name))
         _check(self.background in _BACKGROUNDS, "background", f"one of {', '.join(_BACKGROUNDS)}", self.background)
         _check(self.pillars in _PILLARS, "pillars", f"one of {', '.join(_PILLARS)}", self.pillars)
         lit = len(self.cast) == 3 and all(0.1 <= part <= 3.0 for part in self.cast)

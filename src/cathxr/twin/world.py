@@ -190,4 +190,6 @@ def _body(rig: Rig, seed: int, settings: TwinSettings) -> CatheterBody:
         tilt_rad=tilt,
         zero_direction=rig.zero_direction,
         memory_per_mm=memory * np.array([np.cos(side), np.sin(side)]),
+        torsion_per_mm=float(np.deg2rad(settings.torsion_deg_per_mm)),
+        torsion_per_bend=settings.torsion_deg_per_quarter_bend / 90.0,
     )

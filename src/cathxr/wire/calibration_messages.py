@@ -108,4 +108,41 @@ class CamerasState(Message):
     figures: list[Figure]
 
 
-CalibrationState = IntrinsicsState | MarkersState | CamerasState
+RollStep = Literal["zero", "backlash", "turn", "review"]
+
+
+class RockingState(Message):
+    """The encoder's gear being rocked between its stops. Angles rad of the catheter, from where the handle was held."""
+
+    low_rad: float
+    high_rad: float
+    limit_rad: float = Field(description="A range wider than this is no play.")
+    stops: int = Field(description="Stops so far, on the side that has fewer.")
+    wanted: int
+
+
+class RollCalibrationState(Message):
+    """The roll being measured in the jig."""
+
+    type: Literal["calibrate_roll"] = "calibrate_roll"
+    stage: CalibrationStage
+    step: RollStep
+    steps: list[RollStep] = Field(description="Those of this run, in order.")
+    advice: str
+    is_simulated: bool = Field(description="A simulated hand does the steps, without hardware.")
+    connected: bool = Field(description="The encoder reports.")
+    count: int | None = Field(description="The board's count; null without an encoder.")
+    turned_rad: float | None = Field(description="From where the handle was confirmed, or else from where it began.")
+    zero_rad: float = Field(description="Where mark T points at zero, seen from the handle: clockwise from the right.")
+    rate_hz: float | None = Field(description="Reports a second.")
+    is_still: bool = Field(description="The handle has not moved for half a second.")
+    is_valid: bool = Field(description="The count belongs to the rig's zero already.")
+    rocking: RockingState | None = Field(description="In the step backlash.")
+    can_confirm: bool
+    why: str = Field(description="Why the step cannot be confirmed yet; empty when it can.")
+    writes: str = Field(description="What saving changes of the gears, as `gear_ratio 2.0`; empty: nothing.")
+    can_save: bool
+    figures: list[Figure]
+
+
+CalibrationState = IntrinsicsState | MarkersState | CamerasState | RollCalibrationState

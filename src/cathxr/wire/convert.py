@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import TypeAdapter, ValidationError
 from pydantic_core import from_json
 
-from cathxr.core import Event, Health, Pose, ProtocolError, Status, Track
+from cathxr.core import Event, Health, Pose, ProtocolError, RollStatus, Status, Track
 from cathxr.wire import messages
 from cathxr.wire.message import Message
 
@@ -50,6 +50,7 @@ def track_message(track: Track) -> messages.TrackMessage:
         points=points,
         tip=tip,
         roll=_rounded(track.roll_rad, RAD_DECIMALS),
+        roll_predicted=track.roll_predicted,
         yaw=_rounded(track.yaw_rad, RAD_DECIMALS),
         pitch=_rounded(track.pitch_rad, RAD_DECIMALS),
         sigma_mm=_rounded(track.sigma_mm, MM_DECIMALS),
@@ -76,9 +77,21 @@ def track_from_message(message: messages.TrackMessage) -> Track:
             roll_rad=message.roll,
             sigma_mm=message.sigma_mm,
             latency_ns=None if message.latency_ms is None else round(message.latency_ms * 1e6),
+            roll_predicted=message.roll_predicted,
         )
     except ValueError as error:
         raise ProtocolError(f"The track message with seq {message.seq} contradicts itself: {error}.") from error
+
+
+def roll_message(status: RollStatus, *, predicted: bool) -> messages.RollState:
+    """Return the message for the roll's validity."""
+    return messages.RollState(
+        present=status.present,
+        valid=status.valid,
+        needs=status.needs,
+        sentence=status.sentence,
+        predicted=predicted,
+    )
 
 
 def event_message(event: Event) -> messages.EventMessage:

@@ -7,9 +7,9 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from cathxr.core import Event, Health, Image, Track
+from cathxr.core import Event, Health, Image, RollStatus, Track
 from cathxr.wire.calibration_messages import CalibrationState
-from cathxr.wire.convert import encode, event_message, health_message, track_message
+from cathxr.wire.convert import encode, event_message, health_message, roll_message, track_message
 from cathxr.wire.messages import HealthMessage, SessionMessage
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pictures import Pictures
@@ -97,11 +97,19 @@ class Hub:
             self._new_session = message
             self._wake()
 
+    def publish_roll(self, status: RollStatus, *, predicted: bool) -> None:
+        """Send the roll's validity to every client. `predicted`: whether a Track since the last call had one."""
+        message = roll_message(status, predicted=predicted)
+        self._publish_state(message.type, encode(message))
+
     def publish_calibration(self, state: CalibrationState) -> None:
         """Send the state of a calibration to every client; a newer one of its type replaces it."""
-        text = encode(state)
+        self._publish_state(state.type, encode(state))
+
+    def _publish_state(self, kind: str, text: str) -> None:
+        """Send what only the newest of its kind matters of, and keep it for whoever joins."""
         with self._lock:
-            self._new_states[state.type] = text
+            self._new_states[kind] = text
             self._wake()
 
     def publish_picture(self, image: Image, *, seq: int) -> None:

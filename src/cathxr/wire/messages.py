@@ -14,6 +14,7 @@ from cathxr.wire.calibration_messages import (
     CamerasState,
     IntrinsicsState,
     MarkersState,
+    RollCalibrationState,
 )
 from cathxr.wire.message import Message, Quaternion, Vector2, Vector3
 
@@ -74,11 +75,29 @@ class TrackMessage(Message):
     reason: str = Field(description="Why it is not tracked; empty when tracked.")
     points: list[Vector3] | None = Field(description="K points, mm, box, tip first, uniform in arc length.")
     tip: TipState | None
-    roll: float | None = Field(description="Unwrapped roll, rad; null without a valid encoder.")
+    roll: float | None = Field(description="Unwrapped roll, rad; null where it is not valid (message `roll` says why).")
+    roll_predicted: bool = Field(description="Whether it is carried on beyond the encoder's last reading.")
     yaw: float | None = Field(description="atan2(dy, dx) of the tip's tangent in box, rad.")
     pitch: float | None = Field(description="asin(dz) of the tip's tangent in box, rad.")
     sigma_mm: float | None = Field(description="Root of the trace of the tip's covariance, calibration included.")
     latency_ms: float | None = Field(description="Mid-exposure to Track, ms; null in a replay.")
+
+
+class RollState(Message):
+    """Whether the roll is valid, and what to do where it is not. Newest wins; whoever connects is given it.
+
+    Without a valid roll every Track's `roll` is null, its tip's orientation takes roll as 0, and a client shows no
+    beam. A system that has no encoder, or plays a recording, may never send it.
+    """
+
+    type: Literal["roll"] = "roll"
+    present: bool = Field(description="Whether an encoder is connected.")
+    valid: bool = Field(description="Whether its count gives the roll.")
+    needs: Literal["", "confirm", "jig"] = Field(
+        description="What an operator has to do: command roll_confirm, or set roll zero with the jig, then roll_zero."
+    )
+    sentence: str = Field(description="Why it is not valid and what to do; empty when valid or without an encoder.")
+    predicted: bool = Field(description="Whether a Track since the last of these messages had a predicted roll.")
 
 
 class EventMessage(Message):
@@ -149,7 +168,7 @@ class Command(Message):
     """Asks for something; only operators may, except `pair`. Answered by an event `done` or a refusal, with its id."""
 
     type: Literal["command"] = "command"
-    name: str = Field(max_length=64, description="pair, steer, manoeuvre, reset_tracker, record_start, record_stop, …")
+    name: str = Field(max_length=64, description="pair, steer, reset_tracker, record_start, roll_confirm, …")
     args: dict[str, Any] = Field(default_factory=dict)
     id: str | None = Field(default=None, max_length=64)
 
@@ -174,11 +193,13 @@ ServerMessage = Annotated[
     | EventMessage
     | HealthMessage
     | SessionMessage
+    | RollState
     | Pong
     | Refusal
     | IntrinsicsState
     | MarkersState
-    | CamerasState,
+    | CamerasState
+    | RollCalibrationState,
     Field(discriminator="type"),
 ]
 ClientMessage = Annotated[Command | Ping | Ack, Field(discriminator="type")]

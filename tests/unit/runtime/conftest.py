@@ -124,6 +124,7 @@ class FakeTracker:
             box_from_tip=Pose.identity(),
             roll_rad=observation.roll_rad,
             sigma_mm=self.memory,
+            roll_predicted=observation.roll_predicted,
         )
 
     def reset(self) -> None:

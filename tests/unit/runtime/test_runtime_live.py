@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cathxr.core import ConfigError, DeviceLost, Event, Health, Image, Status, Track
+from cathxr.core import ConfigError, DeviceLost, Event, Health, Image, RollStatus, Status, Track
 from cathxr.devices.clock import MonotonicClock
 from cathxr.runtime.live import LiveOptions, LiveSystem
 from cathxr.runtime.recording import session_opener
@@ -30,6 +30,7 @@ class FakeOutlet:
     events: list[Event] = field(default_factory=list)
     health: list[tuple[Health, ...]] = field(default_factory=list)
     sessions: list[bool] = field(default_factory=list)
+    rolls: list[RollStatus] = field(default_factory=list)
 
     def publish_track(self, track: Track) -> None:
         self.tracks.append(track)
@@ -43,6 +44,9 @@ class FakeOutlet:
 
     def publish_health(self, sources: tuple[Health, ...], *, t_ns: int, skew_ns: int | None = None) -> None:
         self.health.append(sources)
+
+    def publish_roll(self, status: RollStatus, *, predicted: bool) -> None:
+        self.rolls.append(status)
 
     def publish_session(self, *, recording: bool, name: str | None = None, seconds: float = 0.0) -> None:
         self.sessions.append(recording)

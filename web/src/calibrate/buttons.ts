@@ -1,8 +1,8 @@
 /** Which buttons a calibration offers now, and why one of them cannot be pressed. */
 
-import type { CamerasState, IntrinsicsState, MarkersState } from "../generated/messages";
+import type { CamerasState, IntrinsicsState, MarkersState, RollCalibrationState } from "../generated/messages";
 
-export type Calibration = IntrinsicsState | MarkersState | CamerasState;
+export type Calibration = IntrinsicsState | MarkersState | CamerasState | RollCalibrationState;
 
 export interface Offer {
   readonly command: string;
@@ -21,8 +21,9 @@ const LEAST_VIEWS = 3;
 export function offersFor(state: Calibration, viewing: string): Offer[] {
   const offers = state.type === "calibrate_intrinsics" ? lensOffers(state)
     : state.type === "calibrate_markers" ? markerOffers(state)
+    : state.type === "calibrate_roll" ? rollOffers(state)
     : cameraOffers(state);
-  const nothing = state.type === "calibrate_intrinsics" && state.kept === 0;
+  const nothing = (state.type === "calibrate_intrinsics" && state.kept === 0) || (state.type === "calibrate_roll" && state.step === "zero");
   offers.push(offer("calibration_cancel", "Cancel", "quiet", "", nothing ? "" : CANCEL[state.type]));
   return viewing === "" ? offers : offers.map((each) => ({ ...each, why: viewing }));
 }
@@ -30,6 +31,7 @@ export function offersFor(state: Calibration, viewing: string): Offer[] {
 const CANCEL: Record<Calibration["type"], string> = {
   calibrate_intrinsics: "The views that were kept are lost, and the rig stays as it is.",
   calibrate_markers: "The markers that were placed are lost, and the rig stays as it is.",
+  calibrate_roll: "What was measured is lost; the rig and the board's zero stay as they are.",
   calibrate_cameras: "Nothing is saved: the configuration stays as it is.",
 };
 
@@ -72,6 +74,29 @@ function cameraOffers(state: CamerasState): Offer[] {
       : offer("calibration_finish", "Lock settings", "plain", chosen ? "" : "Lock settings: choose the cameras first."),
   ];
 }
+
+/** What saving changes of the gears stands on the button: pressing it is the person's word for that. */
+function rollOffers(state: RollCalibrationState): Offer[] {
+  switch (state.stage) {
+    case "collecting": {
+      const confirm = offer("calibration_confirm", CONFIRM[state.step], "primary", state.can_confirm ? "" : state.why);
+      return state.step === "zero" ? [confirm] : [confirm, offer("calibration_repeat", "Repeat this step", "plain")];
+    }
+    case "solving":
+      return [];
+    case "done": {
+      const save = state.writes === "" ? "Save zero and backlash" : `Write ${state.writes} and save`;
+      const why = !state.can_save ? state.why : state.is_still ? "" : "The handle is moving: lock it and let go.";
+      return [offer("calibration_accept", save, "primary", why), offer("calibration_repeat", "Begin again", "plain")];
+    }
+    case "failed":
+      return [offer("calibration_repeat", "Begin again", "primary")];
+  }
+}
+
+const CONFIRM: Record<RollCalibrationState["step"], string> = {
+  zero: "T is in the jig, locked", backlash: "Rocked enough", turn: "One turn done, locked", review: "",
+};
 
 function offer(command: string, label: string, kind: Offer["kind"], why = "", confirm = ""): Offer {
   return { command, label, kind, why, confirm };

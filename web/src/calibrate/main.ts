@@ -4,6 +4,7 @@ import "../styles/base.css";
 import "../styles/shell.css";
 import "../styles/parts.css";
 import "../styles/calibrate.css";
+import "../styles/roll.css";
 import { countErrors } from "../debug";
 import { settingsFrom } from "../settings";
 import { tellStartFailure } from "../ui/banner";

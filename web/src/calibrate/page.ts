@@ -20,6 +20,7 @@ import { endingOf } from "./ending";
 import { IntrinsicsView } from "./intrinsics_view";
 import { MarkersView } from "./markers_view";
 import { showFigures } from "./results";
+import { RollView } from "./roll_view";
 import type { View, ViewContext } from "./view";
 
 const TICK_MS = 100;
@@ -69,6 +70,7 @@ export class CalibrationPage {
       calibrate_intrinsics: new IntrinsicsView(context),
       calibrate_markers: new MarkersView(context),
       calibrate_cameras: new CamerasView(context),
+      calibrate_roll: new RollView(),
     };
     this.actions = new Actions((name, args) => this.commands.ask(name, args), (command, result) => this.done(command, result));
     wirePairing(this.commands, () => {
@@ -114,6 +116,7 @@ export class CalibrationPage {
       case "calibrate_intrinsics":
       case "calibrate_markers":
       case "calibrate_cameras":
+      case "calibrate_roll":
         this.takeState(message);
         break;
       case "event":

@@ -125,6 +125,52 @@ export interface CamerasState {
   figures: Figure[];
 }
 
+/** The encoder's gear being rocked between its stops. Angles rad of the catheter, from where the handle was held. */
+export interface RockingState {
+  low_rad: number;
+  high_rad: number;
+  /** A range wider than this is no play. */
+  limit_rad: number;
+  /** Stops so far, on the side that has fewer. */
+  stops: number;
+  wanted: number;
+}
+
+/** The roll being measured in the jig. */
+export interface RollCalibrationState {
+  type: "calibrate_roll";
+  stage: "collecting" | "solving" | "done" | "failed";
+  step: "zero" | "backlash" | "turn" | "review";
+  /** Those of this run, in order. */
+  steps: ("zero" | "backlash" | "turn" | "review")[];
+  advice: string;
+  /** A simulated hand does the steps, without hardware. */
+  is_simulated: boolean;
+  /** The encoder reports. */
+  connected: boolean;
+  /** The board's count; null without an encoder. */
+  count: number | null;
+  /** From where the handle was confirmed, or else from where it began. */
+  turned_rad: number | null;
+  /** Where mark T points at zero, seen from the handle: clockwise from the right. */
+  zero_rad: number;
+  /** Reports a second. */
+  rate_hz: number | null;
+  /** The handle has not moved for half a second. */
+  is_still: boolean;
+  /** The count belongs to the rig's zero already. */
+  is_valid: boolean;
+  /** In the step backlash. */
+  rocking: RockingState | null;
+  can_confirm: boolean;
+  /** Why the step cannot be confirmed yet; empty when it can. */
+  why: string;
+  /** What saving changes of the gears, as `gear_ratio 2.0`; empty: nothing. */
+  writes: string;
+  can_save: boolean;
+  figures: Figure[];
+}
+
 /** First message on every link. */
 export interface Hello {
   type: "hello";
@@ -165,8 +211,10 @@ export interface TrackMessage {
   /** K points, mm, box, tip first, uniform in arc length. */
   points: Vector3[] | null;
   tip: TipState | null;
-  /** Unwrapped roll, rad; null without a valid encoder. */
+  /** Unwrapped roll, rad; null where it is not valid (message `roll` says why). */
   roll: number | null;
+  /** Whether it is carried on beyond the encoder's last reading. */
+  roll_predicted: boolean;
   /** atan2(dy, dx) of the tip's tangent in box, rad. */
   yaw: number | null;
   /** asin(dz) of the tip's tangent in box, rad. */
@@ -175,6 +223,26 @@ export interface TrackMessage {
   sigma_mm: number | null;
   /** Mid-exposure to Track, ms; null in a replay. */
   latency_ms: number | null;
+}
+
+/**
+ * Whether the roll is valid, and what to do where it is not. Newest wins; whoever connects is given it.
+ *
+ * Without a valid roll every Track's `roll` is null, its tip's orientation takes roll as 0, and a client shows no
+ * beam. A system that has no encoder, or plays a recording, may never send it.
+ */
+export interface RollState {
+  type: "roll";
+  /** Whether an encoder is connected. */
+  present: boolean;
+  /** Whether its count gives the roll. */
+  valid: boolean;
+  /** What an operator has to do: command roll_confirm, or set roll zero with the jig, then roll_zero. */
+  needs: "" | "confirm" | "jig";
+  /** Why it is not valid and what to do; empty when valid or without an encoder. */
+  sentence: string;
+  /** Whether a Track since the last of these messages had a predicted roll. */
+  predicted: boolean;
 }
 
 /**
@@ -247,7 +315,7 @@ export interface Refusal {
 /** Asks for something; only operators may, except `pair`. Answered by an event `done` or a refusal, with its id. */
 export interface Command {
   type: "command";
-  /** pair, steer, manoeuvre, reset_tracker, record_start, record_stop, … */
+  /** pair, steer, reset_tracker, record_start, roll_confirm, … */
   name: string;
   args?: Record<string, unknown>;
   id?: string | null;
@@ -347,11 +415,13 @@ export type ServerMessage =
   | EventMessage
   | HealthMessage
   | SessionMessage
+  | RollState
   | Pong
   | Refusal
   | IntrinsicsState
   | MarkersState
-  | CamerasState;
+  | CamerasState
+  | RollCalibrationState;
 
 /** What a client sends. */
 export type ClientMessage =

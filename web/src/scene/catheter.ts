@@ -48,13 +48,15 @@ export class Catheter {
   private readonly tube: Mesh;
   private readonly through: MeshBasicMaterial;
   private readonly arrow: Object3D;
+  private readonly marked = stripes(true);
+  private readonly plain = stripes(false);
   private readonly shadow: Float32Array = new Float32Array(3 * RINGS);
   private readonly shadowGeometry = new BufferGeometry();
   private readonly drop: Float32Array = new Float32Array(6);
   private readonly dropGeometry = new BufferGeometry();
 
   constructor(settings: Settings) {
-    const map = stripes();
+    const map = this.marked;
     const common = { map, color: 0xffffff };
     const faded = { map, color: GHOST_COLOUR, transparent: true, opacity: 0.35 };
     this.solid = settings.material === "lambert"
@@ -105,8 +107,20 @@ export class Catheter {
     const coasting = track.status === "coasting";
     this.tube.material = coasting ? this.ghost : this.solid;
     this.through.color.setHex(coasting ? GHOST_COLOUR : 0xffffff);
+    this.showBeam(track.roll !== null);
     this.group.visible = true;
     this.seq = track.seq;
+  }
+
+  /** Whether the beam is drawn: only where the Track has a valid roll. */
+  get beam(): boolean {
+    return this.group.visible && this.arrow.visible;
+  }
+
+  /** Shows stripe and arrow, or neither: without a valid roll nobody knows where the beam looks. */
+  private showBeam(visible: boolean): void {
+    this.arrow.visible = visible;
+    for (const material of [this.solid, this.ghost, this.through]) material.map = visible ? this.marked : this.plain;
   }
 
   hide(): void {
@@ -164,15 +178,15 @@ function makeArrow(): Group {
   return arrow;
 }
 
-/** The tube's skin: ivory, a green stripe where the beam looks out, a thin ring each 10 mm. */
-function stripes(): DataTexture {
+/** The tube's skin: ivory, a thin ring each 10 mm, and with `beam` a green stripe where the beam looks out. */
+function stripes(beam: boolean): DataTexture {
   const around = 128;
   const along = 64;
   const data = new Uint8Array(4 * around * along);
   for (let row = 0; row < along; row++) {
     for (let column = 0; column < around; column++) {
       const turn = Math.min(column, around - column) / around;
-      const colour = turn < 0.1 ? [14, 150, 84] : row < 4 ? [120, 128, 138] : [238, 234, 222];
+      const colour = beam && turn < 0.1 ? [14, 150, 84] : row < 4 ? [120, 128, 138] : [238, 234, 222];
       data.set([...colour, 255], 4 * (row * around + column));
     }
   }

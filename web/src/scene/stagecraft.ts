@@ -59,12 +59,15 @@ export class Stagecraft {
     this.view.draw(nowMs);
   }
 
-  /** Returns the drawn Track's number and tip, mm in `box`, from what is on the graphics card; null while none is. */
-  drawn(): { seq: number; tip: [number, number, number] } | null {
+  /**
+   * Returns the drawn Track's number and tip, mm in `box`, from what is on the graphics card, and whether its beam is
+   * drawn; null while no catheter is.
+   */
+  drawn(): { seq: number; tip: [number, number, number]; beam: boolean } | null {
     if (this.catheter.seq < 0) return null;
     this.view.box.updateWorldMatrix(true, false);
     const boxFromScene = new Matrix4().copy(this.view.box.matrixWorld).invert();
     const tip = this.catheter.drawnTip(boxFromScene, new Vector3());
-    return { seq: this.catheter.seq, tip: [tip.x, tip.y, tip.z] };
+    return { seq: this.catheter.seq, tip: [tip.x, tip.y, tip.z], beam: this.catheter.beam };
   }
 }

@@ -31,6 +31,11 @@ export class Operator {
     this.refresh();
   }
 
+  /** Whether this page may command now. */
+  get operating(): boolean {
+    return this.linked && this.role === "operator";
+  }
+
   greet(hello: Hello): void {
     this.linked = true;
     this.role = hello.role;
@@ -69,7 +74,7 @@ export class Operator {
   }
 
   private refresh(): void {
-    const operating = this.linked && this.role === "operator";
+    const { operating } = this;
     const viewing = this.linked && this.role === "viewer";
     this.record.disabled = this.reset.disabled = !operating;
     this.record.hidden = this.reset.hidden = viewing;

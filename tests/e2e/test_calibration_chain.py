@@ -15,7 +15,7 @@ MEAN_MM = 0.3
 
 
 def measured_from_pictures(repo_root: Path, folder: Path, *, seed: int) -> tuple[float, int, int]:
-    """Return the mean tip error, mm, and how many pairs were tracked and lost, by the commands that a lab would type."""
+    """Return the mean tip error, mm, and how many pairs were tracked and lost, by the commands a lab would type."""
     script = repo_root / "examples" / "calibrate_from_scratch.py"
     made = subprocess.run(
         [sys.executable, script, folder, "--seed", str(seed)], capture_output=True, text=True, check=False
@@ -56,8 +56,8 @@ def test_the_chain_on_more_boxes(repo_root: Path, tmp_path: Path) -> None:
         assert mean_mm < MEAN_MM
     text = (
         "# Proof: the whole chain on the twin\n\n"
-        "Board pictures, marker pictures and a catheter's pictures of a simulated box whose cameras and lenses are off\n"
-        "their drawing; the commands of `examples/calibrate_from_scratch.py`; nothing else is known to them.\n"
+        "Board pictures, marker pictures and a catheter's pictures of a simulated box whose cameras and lenses are\n"
+        "off their drawing; the commands of `examples/calibrate_from_scratch.py`; nothing else is known to them.\n"
         "Synthetic pictures, 2 x 1280x720. Made by `make prove`.\n\n"
         "| box (seed) | tip error, mean, mm | pairs tracked | lost |\n|---|---|---|---|\n" + "\n".join(rows) + "\n"
     )

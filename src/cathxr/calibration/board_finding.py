@@ -46,7 +46,7 @@ def find_corners(board: Board, shades: PixelArray) -> Found | str:
 
 
 def board_in(board: Board, pictures: Iterable[PixelArray]) -> Board:
-    """Return `board` in the pattern, of OpenCV before 4.6 or after, that grey pictures show; unchanged where none tells."""
+    """Return `board` in the pattern, of OpenCV before 4.6 or after, that grey pictures show; else `board`."""
     if not board.has_two_patterns:
         return board
     other = board.in_pattern(legacy=not board.legacy)

@@ -20,6 +20,9 @@ WANTED_VIEWS = 15
 _OUTLIER = 3.0
 _OUTLIER_PX = 0.05
 """A view fits badly when its residuals are this many times those of the others, and at least so large."""
+_OUTLIER_ALIKE_PX = 1.5
+"""The same where all views count alike, as in OpenCV: corners found with a fixed window are off by up to a pixel where
+the window meets other corners, and only what is worse than that is wrong."""
 _MOST_RMS_PX = 2.0
 _MOST_FOCAL_SHARE = 0.02
 """Above 2 % the focal length is not measured: 2 % at 330 mm is 6.6 mm of depth."""
@@ -80,12 +83,14 @@ def calibrate_intrinsics(
     start: Intrinsics | None = None,
     rejected: Sequence[RejectedView] = (),
     keep_all: bool = False,
+    alike: bool = False,
     note: str = "",
 ) -> IntrinsicsResult:
     """Return the lens that explains the views, with honest standard deviations and a covariance.
 
     date: ISO date for the provenance. start: tried as a start beside OpenCV's own. rejected: those that `find_board`
     refused, for the record. keep_all: reject no view for its blur, likeness or residuals and let all count alike.
+    alike: let all views count alike, as OpenCV does, and call only those outliers that are more than 1.5 px off.
     note: added to the method that the provenance states.
 
     Raises:
@@ -98,7 +103,7 @@ def calibrate_intrinsics(
     turned_down = [*rejected, *refused]
     _enough(kept, turned_down)
     corners = {view.name: BoardCorners(board.corners_mm[view.ids], view.corners_px) for view in kept}
-    used, fit, outliers = _fitted(kept, corners, size_px, start, keep_all=keep_all)
+    used, fit, outliers = _fitted(kept, corners, size_px, start, keep_all=keep_all, alike=alike)
     turned_down += outliers
     _enough(used, turned_down)
     _believable(board, used, fit)
@@ -128,6 +133,7 @@ def _fitted(
     start: Intrinsics | None,
     *,
     keep_all: bool,
+    alike: bool,
 ) -> tuple[tuple[BoardView, ...], LensFit, list[RejectedView]]:
     """Return the views that agree, their fit, and the views that do not fit with the others."""
     used, outliers = tuple(views), list[RejectedView]()
@@ -140,9 +146,10 @@ def _fitted(
     lens, poses = first
     while True:
         prior = prior_std(float(lens[:2].mean()), size_px)
-        fit = fit_lens([corners[view.name] for view in used], lens, poses, prior_std=prior, robust=not keep_all)
+        robust = not (keep_all or alike)
+        fit = fit_lens([corners[view.name] for view in used], lens, poses, prior_std=prior, robust=robust)
         rms = fit.view_rms_px
-        limit = max(_OUTLIER * float(np.median(rms)), _OUTLIER_PX)
+        limit = max(_OUTLIER * float(np.median(rms)), _OUTLIER_ALIKE_PX if alike else _OUTLIER_PX)
         worst = int(np.argmax(rms))
         if keep_all or rms[worst] <= limit or len(used) <= LEAST_VIEWS:
             return used, fit, outliers
@@ -185,8 +192,8 @@ def _determined(fit: LensFit) -> None:
         worst = int(np.argmax(std / focal))
         raise CalibrationError(
             f"The views do not determine the focal length ({focal[worst]:.0f} ± {std[worst]:.0f} px): they are too "
-            "much alike; tilt the board by 20 to 45 degrees, to the left and right, forwards and backwards, and bring it "
-            "near enough to fill half of the picture."
+            "much alike; tilt the board by 20 to 45 degrees, to the left and right, forwards and backwards, and bring "
+            "it near enough to fill half of the picture."
         )
 
 

@@ -3,7 +3,7 @@
 import contextlib
 import datetime
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.page_options import PageChoice, live_page_options
 from cathxr.calibration.board import Board, parse_board
 from cathxr.calibration.board_views import BoardView, RejectedView
+from cathxr.calibration.poses import with_intrinsics
 from cathxr.core import CalibrationError, ConfigError, Rig
 from cathxr.storage.atomic import check_writable
 from cathxr.storage.rig_file import read_rig, write_rig
@@ -153,7 +154,9 @@ def _measure(
         result = _solved(rig, camera, board, found, way)
     except CalibrationError as error:
         if hint := pictures.hint(board, [each for each in found if isinstance(each, BoardView)]):
-            raise CalibrationError(f"{error} Looking closer, {hint}.") from error
+            raise CalibrationError(
+                f"None of the {len(found)} pictures shows the board {board.text}: {hint}; correct --board."
+            ) from error
         raise
     finer = None
     if way.compare:
@@ -162,9 +165,7 @@ def _measure(
     paths = write_pictures(report, camera, result)
     if not dry_run:
         # Read anew: the other camera may have been calibrated meanwhile.
-        current = read_rig(rig_path)
-        changed = replace(current.cameras[camera], intrinsics=result.intrinsics)
-        write_rig(rig_path, replace(current, cameras={**current.cameras, camera: changed}), backup=True)
+        write_rig(rig_path, with_intrinsics(read_rig(rig_path), camera, result.intrinsics), backup=True)
     print_result(console, result, camera=camera, paths=paths)
     if finer is not None:
         print_finer(console, result, finer)
@@ -172,11 +173,12 @@ def _measure(
         console.print(f"Nothing was written into {rig_path} (--dry-run).", soft_wrap=True, markup=False)
         return
     console.print(f"The {camera} camera's lens is in {rig_path}; the earlier file is beside it.", soft_wrap=True)
-    console.print(
-        "The camera's pose belongs to the lens it was measured with: measure the poses again with `cathxr calibrate "
-        "markers`, when both lenses are done.",
-        style="yellow", soft_wrap=True, markup=False,
-    )  # fmt: skip
+    if rig.cameras[camera].pose_provenance.date is not None:
+        console.print(
+            "Its pose was measured with the earlier lens: run `cathxr calibrate markers` again when both lenses are "
+            "done.",
+            style="yellow", soft_wrap=True, markup=False,
+        )  # fmt: skip
 
 
 def _solved(

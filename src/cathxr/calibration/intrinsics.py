@@ -166,11 +166,15 @@ def _fitted(
 def _enough(views: Sequence[BoardView], rejected: Sequence[RejectedView]) -> None:
     if len(views) >= LEAST_VIEWS:
         return
-    why = "".join(f"; {each.name}: {each.reason}" for each in rejected[:3])
-    more = f"; and {len(rejected) - 3} more" if len(rejected) > 3 else ""
+    first: dict[str, list[str]] = {}
+    for each in rejected:
+        first.setdefault(each.reason, []).append(each.name)
+    whose = {why: f"{names[0]} and {len(names) - 1} more" if names[1:] else names[0] for why, names in first.items()}
+    said = "".join(f"; {whose[why]}: {why}" for why in list(first)[:3])
+    more = f"; and {len(first) - 3} other reasons" if len(first) > 3 else ""
     raise CalibrationError(
         f"Too few views of the board: {len(views)} can be used, at least {LEAST_VIEWS} are needed and "
-        f"{WANTED_VIEWS} are good; take more pictures with the board in other places and tilts{why}{more}."
+        f"{WANTED_VIEWS} are good; take more pictures with the board in other places and tilts{said}{more}."
     )
 
 
@@ -235,7 +239,7 @@ def _warnings(fit: LensFit, count: int, size_px: tuple[int, int], views: Sequenc
     share = float((std / focal).max())
     if share > 0.003:
         result.append(
-            f"The focal length is known to {100 * share:.1f} % only (0.3 % or better is good): add views tilted by 20 "
+            f"The focal length is known to {100 * share:.2g} % only (0.3 % or better is good): add views tilted by 20 "
             "to 45 degrees in all directions."
         )
     if abs(focal[0] / focal[1] - 1.0) > max(0.015, 4.0 * share):

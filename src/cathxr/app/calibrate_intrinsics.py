@@ -149,7 +149,10 @@ def _measure(
     from cathxr.app.calibrate_intrinsics_report import print_finer, print_result, write_pictures
 
     console = Console()
+    asked = board
     board, found = found_views(board, pictures, window_px=way.window_px)
+    if board != asked:
+        console.print(f"The pictures show the other pattern of this board: it is {board.text}.", soft_wrap=True)
     try:
         result = _solved(rig, camera, board, found, way)
     except CalibrationError as error:

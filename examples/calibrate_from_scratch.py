@@ -12,6 +12,7 @@ and a catheter moved about. The exact tips are written beside them, to compare w
 import argparse
 import csv
 import dataclasses
+import json
 import zlib
 from pathlib import Path
 
@@ -157,6 +158,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--compare", action="store_true", help="Compare the tracked tips with the true ones.")
+    parser.add_argument("--json", action="store_true", help="With --compare: print the figures as JSON.")
     given = parser.parse_args()
     if not given.compare:
         make(given.folder, given.seed)
@@ -164,6 +166,9 @@ def main() -> None:
         return
     errors, lost = compare(given.folder)
     mean, p95, most = errors.mean(), np.percentile(errors, 95), errors.max()
+    if given.json:
+        print(json.dumps({"mean_mm": mean, "p95_mm": p95, "max_mm": most, "tracked": len(errors), "lost": lost}))
+        return
     print(f"tip error: mean {mean:.3f} mm, p95 {p95:.3f} mm, max {most:.3f} mm; {len(errors)} tracked, {lost} lost")
 
 

@@ -23,6 +23,7 @@ browser() {
 }
 
 need chromium browser
+need poppler-utils command -v pdftoppm
 if command -v dpkg-query >/dev/null 2>&1; then
     installed() { dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q 'ok installed'; }
     for each in libegl1 libgl1-mesa-dri libgles2; do

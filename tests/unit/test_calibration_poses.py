@@ -8,7 +8,7 @@ from scipy import stats
 
 from cathxr.calibration.error_map import error_summary, expected_error_mm, roi_grid
 from cathxr.calibration.poses import calibrate_poses, pose_std, with_intrinsics
-from cathxr.calibration.sighting import FoundMarker, Sighting
+from cathxr.calibration.sighting import Blob, FoundMarker, Sighting
 from cathxr.core import CalibrationError, Intrinsics, Pose, Provenance, Rig
 from cathxr.geometry import CameraModel, triangulate
 from cathxr.geometry.pose import angle_between, perturbed, rotation_vector_from_quaternion
@@ -251,6 +251,18 @@ def test_exchanged_pictures_are_refused() -> None:
     seen = replace(sighting(truth, "front"), camera="top")
     with pytest.raises(CalibrationError, match="exchanged"):
         calibrate_poses(example_rig(), [seen], date=DATE)
+
+
+def test_a_second_cross_that_fits_nowhere_is_a_warning() -> None:
+    # Both crosses of the example box are alike: seen by the wrong camera the nearer one fits to the last bit.
+    rig = example_rig()
+    seen = sighting(true_rig(rig, 6), "top", names="T")
+    colours = ("red", "green", "blue", "yellow")
+    strays = tuple(Blob(each, np.array([300.0 + 100.0 * i, 300.0]), 9.0) for i, each in enumerate(colours))
+    markers = tuple(replace(each, radius_px=12.0) for each in seen.markers)
+    for blobs, count in ((strays, 1), (strays[:3], 0), ((), 0)):
+        result = calibrate_poses(rig, [replace(seen, markers=markers, blobs=blobs)], date=DATE)
+        assert len([each for each in result.warnings if "exchanged" in each]) == count
 
 
 def test_a_mirrored_picture_is_refused() -> None:

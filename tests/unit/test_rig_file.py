@@ -105,6 +105,8 @@ TOP_TURN = "rotation_wxyz = [0.0, 1.0, 0.0, 0.0]"
 POSE = (1e-4 * np.eye(6)).tolist()
 LENS = np.diag([1.0, 1.0, 1.0, 1.0, 1e-4, 1e-4, 1e-8, 1e-8, 1e-4]).tolist()
 NONE = np.zeros((6, 9)).tolist()
+# p1 and p2 with a correlation of 3.
+WRONG_LENS = (np.array(LENS) + np.pad([[0.0, 3e-8], [3e-8, 0.0]], ((6, 1), (6, 1)))).tolist()
 
 
 def with_entry(matrix, row, column, value):
@@ -178,7 +180,7 @@ MISTAKES = {
         "intrinsics.covariance", "symmetric",
     ),
     "lens covariance not positive": (
-        changed(TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {with_entry(json.loads(with_entry(LENS, 6, 7, 3e-7)), 7, 6, 3e-7)}"),
+        changed(TOP_FOCAL, TOP_FOCAL + f"\ncovariance = {WRONG_LENS}"),
         "intrinsics.covariance", "positive semi-definite",
     ),
     "cross shape": (

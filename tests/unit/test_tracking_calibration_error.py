@@ -8,17 +8,18 @@ from scipy import stats
 
 from cathxr.core import Catheter, Intrinsics, Marker, Pose, Provenance, Rig, RigCamera, Roi
 from cathxr.geometry import CameraModel, triangulate
-from cathxr.geometry.pose import perturbed
-from cathxr.storage.rig_file import example_rig
-from cathxr.tracking.calibration_error import (
+from cathxr.geometry.calibration_error import (
     ASSUMED_MARKER_PX,
     CameraError,
     camera_errors,
-    distortion_derivative,
+    intrinsics_covariance,
+    intrinsics_jacobian,
     point_covariance,
+    point_covariances,
     pose_jacobian,
 )
-from cathxr.twin import true_rig
+from cathxr.geometry.pose import perturbed
+from cathxr.storage.rig_file import example_rig
 
 LENS = Intrinsics(np.array([1357.7, 1357.7]), np.array([640.0, 360.0]), np.array([-0.18, 0.06, 0.001, -0.002, -0.01]))
 # Off-nominal by some degrees and millimetres, as real boxes are.
@@ -120,9 +121,8 @@ def test_where_the_rig_states_no_error_four_markers_with_a_tenth_of_a_pixel_are_
         information = np.zeros((6, 6))
         for each in pose_jacobian(model, points):
             information += each.T @ each / ASSUMED_MARKER_PX**2
-        np.testing.assert_allclose(errors[name].pose_covariance @ information, np.eye(6), atol=1e-6)
-        np.testing.assert_array_equal(errors[name].focal_variance, [0.0, 0.0])
-        np.testing.assert_array_equal(errors[name].centre_variance, [0.0, 0.0])
+        np.testing.assert_allclose(errors[name].covariance[:6, :6] @ information, np.eye(6), atol=1e-6)
+        np.testing.assert_array_equal(errors[name].covariance[6:], np.zeros((9, 15)))
 
 
 @pytest.mark.parametrize("count", [0, 3])
@@ -131,7 +131,7 @@ def test_too_few_markers_are_replaced_by_the_corners_of_the_middle_planes(count:
     expected = camera_errors(rig([None, None], corner_markers()))
     got = camera_errors(rig([None, None], corner_markers(count)))
     for name in ("top", "front"):
-        np.testing.assert_allclose(got[name].pose_covariance, expected[name].pose_covariance, rtol=1e-6, atol=1e-15)
+        np.testing.assert_allclose(got[name].covariance, expected[name].covariance, rtol=1e-6, atol=1e-15)
 
 
 def test_assumed_errors_give_a_credible_sigma() -> None:
@@ -143,29 +143,89 @@ def test_assumed_errors_give_a_credible_sigma() -> None:
 def test_a_stated_covariance_is_taken_as_it_is() -> None:
     covariances = [each @ each.T for each in MIX]
     errors = camera_errors(rig(covariances, corner_markers()))
-    np.testing.assert_array_equal(errors["top"].pose_covariance, covariances[0])
-    np.testing.assert_array_equal(errors["front"].pose_covariance, covariances[1])
+    np.testing.assert_array_equal(errors["top"].covariance[:6, :6], covariances[0])
+    np.testing.assert_array_equal(errors["front"].covariance[:6, :6], covariances[1])
 
 
-def test_distortion_derivative_is_that_of_the_projection() -> None:
-    rig = true_rig(example_rig(), 2)
-    model = CameraModel.of(rig.cameras["front"])
-    point = np.array([90.0, -35.0, 40.0])
-    step = 1e-6
-    for which in range(5):
-        change = step * np.eye(5)[which]
+def with_values(lens: Intrinsics, values: np.ndarray) -> Intrinsics:
+    """Return the lens with other values, in the order of a covariance."""
+    return replace(lens, focal_px=values[:2], centre_px=values[2:4], distortion=values[4:])
+
+
+def values_of(lens: Intrinsics) -> np.ndarray:
+    """Return the nine numbers of a lens in the order of a covariance."""
+    return np.concatenate([lens.focal_px, lens.centre_px, lens.distortion])
+
+
+def test_the_intrinsics_derivative_is_the_central_difference() -> None:
+    model = CameraModel(LENS, TOP, (1280, 720))
+    points = np.random.default_rng(4).uniform(ROI.min_mm, ROI.max_mm, (10, 3))
+    got = intrinsics_jacobian(model, points)
+    assert got.shape == (10, 2, 9)
+    for which in range(9):
+        step = 1e-6 * np.eye(9)[which]
         ahead, behind = (
-            CameraModel(
-                replace(model.intrinsics, distortion=model.intrinsics.distortion + sign * change),
-                model.camera_from_box,
-                model.size_px,
-            ).project(point)
+            CameraModel(with_values(LENS, values_of(LENS) + sign * step), TOP, (1280, 720)).project(points)
             for sign in (1.0, -1.0)
         )
-        # central differences of a function linear in the coefficient: rounding alone is left
-        np.testing.assert_allclose(
-            distortion_derivative(model, point)[:, which], (ahead - behind) / (2.0 * step), atol=1e-5
+        # Linear in each number, so that only rounding (1e-13 px) over the step is left.
+        np.testing.assert_allclose(got[:, :, which], (ahead - behind) / 2e-6, atol=1e-6)
+
+
+def joint_draws(pose: Pose, rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a covariance (15, 15) of a pose that takes up most of its lens's error, and draws (count, 15) from it."""
+    model = CameraModel(LENS, pose, (1280, 720))
+    points = ROI.corners_mm
+    by_pose, by_lens = (each(model, points).reshape(16, -1) for each in (pose_jacobian, intrinsics_jacobian))
+    taken_up = -np.linalg.lstsq(by_pose, by_lens, rcond=None)[0]
+    lens = np.diag([3.0, 2.0, 1.5, 2.5, 5e-3, 2e-2, 2e-4, 2e-4, 2e-2])
+    own = np.diag([1e-4] * 3 + [0.02] * 3)
+    mix = np.block([[own, taken_up @ lens], [np.zeros((9, 6)), lens]])
+    return mix @ mix.T, rng.normal(size=(count, 15)) @ mix.T
+
+
+def test_the_point_covariance_is_that_of_poses_and_lenses_that_hang_together() -> None:
+    rng = np.random.default_rng(5)
+    count = 2000
+    stated, seen = {}, []
+    for name, pose in (("top", TOP), ("front", FRONT)):
+        covariance, draws = joint_draws(pose, rng, count)
+        covariance = 0.5 * (covariance + covariance.T)
+        provenance = Provenance(covariance=covariance[:6, :6], covariance_with_intrinsics=covariance[:6, 6:])
+        lens = replace(LENS, provenance=Provenance(covariance=covariance[6:, 6:]))
+        stated[name] = RigCamera(name, (1280, 720), 60.0, lens, pose, provenance)
+        seen.append(
+            [
+                CameraModel(with_values(LENS, values_of(LENS) + each[6:]), perturbed(pose, each[:6]), (1280, 720))
+                for each in draws
+            ]
         )
+    errors = list(camera_errors(Rig("", ROI, Catheter("", 3.0), stated)).values())
+    low, high = stats.chi2.ppf([5e-7, 1.0 - 5e-7], 3 * count)
+    assert low < monte_carlo(errors, seen) < high
+    # Without what they share the error would be another: the test above would see it.
+    apart = {name: replace(each, pose_provenance=Provenance(covariance=each.pose_provenance.covariance))
+             for name, each in stated.items()}  # fmt: skip
+    wrong = list(camera_errors(Rig("", ROI, Catheter("", 3.0), apart)).values())
+    assert not low < monte_carlo(wrong, seen) < high
+
+
+def test_a_lens_states_its_covariance_in_full_or_by_std_or_not_at_all() -> None:
+    full = np.diag(np.arange(1.0, 10.0))
+    std = {"focal_px": np.array([1.0, 2.0]), "distortion": np.full(5, 0.5)}
+    assert np.array_equal(intrinsics_covariance(replace(LENS, provenance=Provenance(std=std, covariance=full))), full)
+    by_std = intrinsics_covariance(replace(LENS, provenance=Provenance(std=std)))
+    assert np.array_equal(by_std, np.diag([1.0, 4.0, 0.0, 0.0, 0.25, 0.25, 0.25, 0.25, 0.25]))
+    assert not intrinsics_covariance(LENS).any()
+
+
+def test_many_points_have_the_covariance_of_each() -> None:
+    errors = list(camera_errors(rig([None, None])).values())
+    points = np.random.default_rng(6).uniform(ROI.min_mm, ROI.max_mm, (5, 3))
+    together = point_covariances(errors, points)
+    for point, covariance in zip(points, together, strict=True):
+        # The same numbers added up in another order.
+        np.testing.assert_allclose(point_covariance(errors, point), covariance, rtol=1e-9, atol=1e-15)
 
 
 def test_a_stated_std_of_the_distortion_counts() -> None:

@@ -15,7 +15,8 @@ echo "$*" >> "$PWD/../calls"
 case "$*" in
   ci*) [ -f package-lock.json ] && mkdir -p node_modules ;;
   "run build") [ ! -f broken ] || { echo "src/main.ts: it is broken"; exit 3; }
-    mkdir -p ../src/cathxr/web_client && for page in index calibrate; do cp main.ts ../src/cathxr/web_client/$page.html; done ;;
+    out=../src/cathxr/web_client
+    mkdir -p $out && cp main.ts $out/index.html && cp main.ts $out/calibrate.html ;;
 esac
 """
 

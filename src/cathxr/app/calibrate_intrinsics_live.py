@@ -19,6 +19,7 @@ from cathxr.app.page_options import PageChoice
 from cathxr.app.plugins import make_camera
 from cathxr.calibration.board import Board
 from cathxr.calibration.board_views import find_board
+from cathxr.calibration.poses import with_intrinsics
 from cathxr.core import Clock, ConfigError, DataError, Image, Intrinsics, PixelArray, Rig, Source
 from cathxr.devices.clock import MonotonicClock
 from cathxr.runtime.calibration_intrinsics import IntrinsicsSession, Solution
@@ -140,13 +141,9 @@ def save_intrinsics(rig_path: Path, camera: str, solution: Solution, *, report: 
         return Ending(f"Nothing was written into {rig_path} (--dry-run); {repeat}.", True, tuple(map(str, paths)))
     # Read anew: the other camera may have been calibrated meanwhile.
     rig = read_rig(rig_path)
-    before = rig.cameras[camera]
-    # How the pose's error goes with the lens's was true of the earlier lens.
-    pose = replace(before.pose_provenance, covariance_with_intrinsics=None)
-    changed = replace(before, intrinsics=solution.result.intrinsics, pose_provenance=pose)
-    write_rig(rig_path, replace(rig, cameras={**rig.cameras, camera: changed}), backup=True)
+    write_rig(rig_path, with_intrinsics(rig, camera, solution.result.intrinsics), backup=True)
     sentence = f"The {camera} camera's lens is in {rig_path} (the earlier file is beside it); {repeat}."
-    if before.pose_provenance.date is not None:
+    if rig.cameras[camera].pose_provenance.date is not None:
         sentence += " Its pose was measured with the earlier lens: run `cathxr calibrate markers` again."
     return Ending(sentence, True, (str(rig_path), *map(str, paths)))
 

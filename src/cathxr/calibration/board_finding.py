@@ -46,7 +46,7 @@ def find_corners(board: Board, shades: PixelArray) -> Found | str:
 
 
 def board_in(board: Board, pictures: Iterable[PixelArray]) -> Board:
-    """Return `board` in the pattern, of OpenCV before 4.6 or after, that grey pictures show; unchanged where none tells."""
+    """Return `board` in the pattern, of OpenCV before 4.6 or after, that grey pictures show; else `board`."""
     if not board.has_two_patterns:
         return board
     other = board.in_pattern(legacy=not board.legacy)
@@ -63,19 +63,25 @@ def other_board(board: Board, pictures: Sequence[PixelArray]) -> str | None:
     some = pictures[:_LOOKED_AT]
     numbers = {name: _marker_numbers(name, some) for name in _families()}
     best = max(numbers, key=lambda name: len(numbers[name]))
-    seen = numbers[best]
-    if len(seen) >= 6:
-        same = board.dictionary is not None and best.split("_")[1] == board.dictionary.split("_")[1]
-        if not same:
-            return f"they show ArUco markers of the dictionary {best} or one like it"
-        return (
-            f"they show its markers (numbers {min(seen)} to {max(seen)}), but not where a {board.columns}x{board.rows} "
-            "board has them: count columns and rows of squares again, the columns first"
+    if len(numbers[best]) >= 6:
+        name = _smallest(best, numbers[best])
+        if board.dictionary is not None and _family(name) == _family(board.dictionary):
+            return (
+                f"they show its markers, but not where a board of {board.columns} columns and {board.rows} rows of "
+                "squares has them: count again, columns first"
+            )
+        return f"they show ArUco markers of another dictionary, {name} or a larger one like it"
+    seen = [
+        (columns, rows)
+        for columns, rows in _other_sizes(board)
+        if any(
+            not isinstance(_chessboard(Board("chessboard", columns, rows, board.square_mm), shades), str)
+            for shades in some[:2]
         )
-    for columns, rows in _other_sizes(board):
-        asked = Board("chessboard", columns, rows, board.square_mm)
-        if any(not isinstance(_chessboard(asked, shades), str) for shades in some):
-            return f"they show a chessboard of {columns}x{rows} inner corners (chessboard:{columns}x{rows}:...)"
+    ]
+    if seen:
+        columns, rows = max(seen, key=lambda each: each[0] * each[1])
+        return f"they show a chessboard of {columns}x{rows} inner corners, chessboard:{columns}x{rows}:SQUARE"
     return None
 
 
@@ -134,18 +140,31 @@ def _families() -> tuple[str, ...]:
     )
 
 
-def _marker_numbers(dictionary: str, pictures: Sequence[PixelArray]) -> set[int]:
+def _family(dictionary: str) -> str:
+    return dictionary.rpartition("_")[0]
+
+
+def _smallest(dictionary: str, numbers: Sequence[int]) -> str:
+    """Return the smallest dictionary of the same family that has these markers but for a few, misread ones."""
+    highest = float(np.percentile(numbers, 85))
+    sizes = {
+        each: int(each.rpartition("_")[2]) for each in dictionaries() if each.startswith(_family(dictionary) + "_")
+    }
+    fitting = {each: size for each, size in sizes.items() if size > highest} if dictionary.endswith("_1000") else {}
+    return min(fitting, key=lambda each: fitting[each], default=dictionary)
+
+
+def _marker_numbers(dictionary: str, pictures: Sequence[PixelArray]) -> list[int]:
+    """Return the numbers of all markers read."""
     detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary)))
-    numbers: set[int] = set()
-    for shades in pictures:
-        found = detector.detectMarkers(shades)[1]
-        numbers |= set() if found is None else {int(each) for each in found.ravel()}
-    return numbers
+    found = [detector.detectMarkers(shades)[1] for shades in pictures]
+    return [int(each) for ids in found if ids is not None for each in ids.ravel()]
 
 
 def _other_sizes(board: Board) -> list[tuple[int, int]]:
     """Return what a person may have meant: squares counted instead of corners, or one more or less, or exchanged."""
     columns, rows = board.grid
     near = [(columns + i, rows + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
-    sizes = [(board.columns, board.rows), *near, (9, 6), (8, 6), (8, 5), (7, 6), (7, 7)]
+    common = [(9, 6), (10, 7), (8, 6), (8, 5), (7, 6), (7, 7)]
+    sizes = [(board.columns, board.rows), *near, *common]
     return [each for each in dict.fromkeys(sizes) if min(each) >= 3 and each != board.grid]

@@ -20,6 +20,9 @@ WANTED_VIEWS = 15
 _OUTLIER = 3.0
 _OUTLIER_PX = 0.05
 """A view fits badly when its residuals are this many times those of the others, and at least so large."""
+_OUTLIER_ALIKE_PX = 1.5
+"""The same where all views count alike, as in OpenCV: corners found with a fixed window are off by up to a pixel where
+the window meets other corners, and only what is worse than that is wrong."""
 _MOST_RMS_PX = 2.0
 _MOST_FOCAL_SHARE = 0.02
 """Above 2 % the focal length is not measured: 2 % at 330 mm is 6.6 mm of depth."""
@@ -80,12 +83,14 @@ def calibrate_intrinsics(
     start: Intrinsics | None = None,
     rejected: Sequence[RejectedView] = (),
     keep_all: bool = False,
+    alike: bool = False,
     note: str = "",
 ) -> IntrinsicsResult:
     """Return the lens that explains the views, with honest standard deviations and a covariance.
 
     date: ISO date for the provenance. start: tried as a start beside OpenCV's own. rejected: those that `find_board`
     refused, for the record. keep_all: reject no view for its blur, likeness or residuals and let all count alike.
+    alike: let all views count alike, as OpenCV does, and call only those outliers that are more than 1.5 px off.
     note: added to the method that the provenance states.
 
     Raises:
@@ -98,7 +103,7 @@ def calibrate_intrinsics(
     turned_down = [*rejected, *refused]
     _enough(kept, turned_down)
     corners = {view.name: BoardCorners(board.corners_mm[view.ids], view.corners_px) for view in kept}
-    used, fit, outliers = _fitted(kept, corners, size_px, start, keep_all=keep_all)
+    used, fit, outliers = _fitted(kept, corners, size_px, start, keep_all=keep_all, alike=alike)
     turned_down += outliers
     _enough(used, turned_down)
     _believable(board, used, fit)
@@ -128,6 +133,7 @@ def _fitted(
     start: Intrinsics | None,
     *,
     keep_all: bool,
+    alike: bool,
 ) -> tuple[tuple[BoardView, ...], LensFit, list[RejectedView]]:
     """Return the views that agree, their fit, and the views that do not fit with the others."""
     used, outliers = tuple(views), list[RejectedView]()
@@ -140,9 +146,10 @@ def _fitted(
     lens, poses = first
     while True:
         prior = prior_std(float(lens[:2].mean()), size_px)
-        fit = fit_lens([corners[view.name] for view in used], lens, poses, prior_std=prior, robust=not keep_all)
+        robust = not (keep_all or alike)
+        fit = fit_lens([corners[view.name] for view in used], lens, poses, prior_std=prior, robust=robust)
         rms = fit.view_rms_px
-        limit = max(_OUTLIER * float(np.median(rms)), _OUTLIER_PX)
+        limit = max(_OUTLIER * float(np.median(rms)), _OUTLIER_ALIKE_PX if alike else _OUTLIER_PX)
         worst = int(np.argmax(rms))
         if keep_all or rms[worst] <= limit or len(used) <= LEAST_VIEWS:
             return used, fit, outliers
@@ -159,11 +166,15 @@ def _fitted(
 def _enough(views: Sequence[BoardView], rejected: Sequence[RejectedView]) -> None:
     if len(views) >= LEAST_VIEWS:
         return
-    why = "".join(f"; {each.name}: {each.reason}" for each in rejected[:3])
-    more = f"; and {len(rejected) - 3} more" if len(rejected) > 3 else ""
+    first: dict[str, list[str]] = {}
+    for each in rejected:
+        first.setdefault(each.reason, []).append(each.name)
+    whose = {why: f"{names[0]} and {len(names) - 1} more" if names[1:] else names[0] for why, names in first.items()}
+    said = "".join(f"; {whose[why]}: {why}" for why in list(first)[:3])
+    more = f"; and {len(first) - 3} other reasons" if len(first) > 3 else ""
     raise CalibrationError(
         f"Too few views of the board: {len(views)} can be used, at least {LEAST_VIEWS} are needed and "
-        f"{WANTED_VIEWS} are good; take more pictures with the board in other places and tilts{why}{more}."
+        f"{WANTED_VIEWS} are good; take more pictures with the board in other places and tilts{said}{more}."
     )
 
 
@@ -185,8 +196,8 @@ def _determined(fit: LensFit) -> None:
         worst = int(np.argmax(std / focal))
         raise CalibrationError(
             f"The views do not determine the focal length ({focal[worst]:.0f} ± {std[worst]:.0f} px): they are too "
-            "much alike; tilt the board by 20 to 45 degrees, to the left and right, forwards and backwards, and bring it "
-            "near enough to fill half of the picture."
+            "much alike; tilt the board by 20 to 45 degrees, to the left and right, forwards and backwards, and bring "
+            "it near enough to fill half of the picture."
         )
 
 
@@ -228,7 +239,7 @@ def _warnings(fit: LensFit, count: int, size_px: tuple[int, int], views: Sequenc
     share = float((std / focal).max())
     if share > 0.003:
         result.append(
-            f"The focal length is known to {100 * share:.1f} % only (0.3 % or better is good): add views tilted by 20 "
+            f"The focal length is known to {100 * share:.2g} % only (0.3 % or better is good): add views tilted by 20 "
             "to 45 degrees in all directions."
         )
     if abs(focal[0] / focal[1] - 1.0) > max(0.015, 4.0 * share):

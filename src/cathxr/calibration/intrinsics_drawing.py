@@ -138,8 +138,10 @@ def _cloud(axis: Axes, residuals: FloatArray) -> None:
     size = float(np.clip(3000.0 / len(residuals), 1.5, 6.0))
     axis.scatter(residuals[:, 0], residuals[:, 1], s=size, color=BLUE, linewidths=0, alpha=0.5)
     axis.add_patch(Circle((0, 0), usual, fill=False, edgecolor=BAD, linewidth=1.1, zorder=3))
-    axis.annotate("RMS", (0.0, usual), xytext=(0, 1), textcoords="offset points", ha="center", va="bottom",
-                  fontsize=8, color=BAD, bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.6})  # fmt: skip
+    axis.annotate(
+        "RMS", (0.0, -usual), xytext=(0, 1), textcoords="offset points", ha="center", va="bottom", fontsize=8,
+        color=BAD, bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 0.6},
+    )  # fmt: skip
     limit = 4.0 * usual
     axis.set_xlim(-limit, limit)
     axis.set_ylim(limit, -limit)

@@ -79,8 +79,8 @@ def calibrate_poses(rig: Rig, sightings: Sequence[Sighting], *, date: str) -> Po
         warnings += [] if doubt is None else [doubt]
         warnings += [f"{sentence(name, each)}; it was left out." for each in outliers[name]]
     fit = fitted(views, start)
-    for view in views:
-        warnings += _misfit_warning(view, fit)
+    for view, sighting in zip(views, sightings, strict=True):
+        warnings += _misfit_warning(view, fit) + _unnamed_cross(rig, sighting)
     calibrated = {
         name: _calibrated(camera, views, fit, date) if name in fit.poses else camera
         for name, camera in rig.cameras.items()
@@ -168,6 +168,22 @@ def _misfit_warning(view: PoseView, fit: PoseFit) -> list[str]:
     return [
         f"The fiducials of the {camera} camera fit {misfit:.0f} times worse than expected ({rms:.2f} px where "
         f"{expected:.2f} px are): look for {causes}."
+    ]
+
+
+def _unnamed_cross(rig: Rig, sighting: Sighting) -> list[str]:
+    """Return a sentence where a whole second cross seems to be there but not in its place.
+
+    Where the crosses are alike, the picture of the other camera fits the nearer cross perfectly: this is what tells.
+    """
+    named = {each.name for each in sighting.markers}
+    size = min((each.radius_px for each in sighting.markers), default=0.0)
+    unnamed = {each.colour for each in sighting.blobs if not each.name and each.radius_px > 0.5 * size}
+    return [
+        f"The {sighting.camera} picture shows spots of all colours of the {other} cross, and none where its fiducials "
+        "should be: check that the top and the front picture are not exchanged, and that both crosses are seated."
+        for other, group in rig.markers.items()
+        if group and named.isdisjoint(each.name for each in group) and unnamed >= {each.colour for each in group}
     ]
 
 

@@ -79,7 +79,7 @@ def camera_errors(rig: Rig) -> dict[str, CameraError]:
 
 def point_covariance(errors: Sequence[CameraError], point_box: FloatArray) -> FloatArray:
     """Return the covariance (3, 3), mm^2, that the calibration's errors give a triangulated point (3,)."""
-    return point_covariances(errors, np.asarray(point_box, dtype=np.float64)[None])[0]
+    return np.asarray(point_covariances(errors, np.asarray(point_box, dtype=np.float64)[None])[0], dtype=np.float64)
 
 
 def point_covariances(errors: Sequence[CameraError], points_box: FloatArray) -> FloatArray:

@@ -52,8 +52,9 @@ def problem_of(sighting: Sighting, markers: Sequence[Marker], naming: Naming, *,
         verb, pronoun = ("was", "is it") if len(sighting.missing) == 1 else ("were", "are they")
         likely = _named([markers[m] for m in naming.unsure])
         return (
-            f"{gone} {verb} not found: {pronoun} hidden, in shadow or in glare? What is left ({likely}) is too little "
-            "to prove which spots are markers: uncover all of them, light them evenly and try again, or use --click."
+            f"{gone} {verb} not found in the {camera} picture: {pronoun} hidden, in shadow or in glare? What is left "
+            f"({likely}) is too little to prove which spots are markers: uncover all of them, light them evenly and "
+            "try again, or place them by hand (--click)."
         )
     if naming.why in ("none", "few") and not sighting.ambiguous:
         expected = _named([by_name[name] for name in sighting.missing])

@@ -24,7 +24,9 @@ def _offending(files: tuple[Path, ...], pattern: re.Pattern[str]) -> list[str]:
 
 
 def test_source_files_are_short(repo_files: tuple[Path, ...]) -> None:
-    sources = [path for path in repo_files if path.suffix in (".py", ".ts")]
+    # The generated types grow with the wire's messages, and nobody reads them as a file.
+    written = [path for path in repo_files if "generated" not in path.parts]
+    sources = [path for path in written if path.suffix in (".py", ".ts")]
     long = {str(path): count for path in sources if (count := path.read_bytes().count(b"\n")) > _LONGEST}
     assert not long, f"longer than {_LONGEST} lines: {long}"
 

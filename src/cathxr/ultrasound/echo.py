@@ -119,7 +119,7 @@ def _echo(
     line_rad = sector / lines
     voxel_mm = beams[13:16]
     code, pair, at, beam = np.empty(4), np.empty(2), np.empty(3), np.empty(3)
-    axial_gain = math.sqrt(math.sqrt(1.0 + 2.0 * (knobs[6] / knobs[5]) ** 2))
+    axial_gain = math.sqrt(math.sqrt(1.0 + 2.0 * (knobs[6] * beams[12] / knobs[5]) ** 2))
     for line in range(lines):
         angle = ((line + 0.5) / lines - 0.5) * sector
         for sample in range(samples):

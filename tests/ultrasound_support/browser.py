@@ -1,0 +1,121 @@
+"""The harness page of the ultrasound image in a headless browser: web/tests/harness/ice.html."""
+
+import base64
+import functools
+import http.server
+import threading
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from playwright.sync_api import Browser, Page, Playwright, sync_playwright
+
+from cathxr.core import FloatArray
+from cathxr.ultrasound import AcousticField, IceSettings
+
+HANG_MS = 120_000.0
+"""A limit on waiting, not a measurement."""
+_QUIET = (
+    "--no-sandbox",
+    "--ignore-gpu-blocklist",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-quic",
+    "--no-first-run",
+)
+_GRAPHICS = (("--use-gl=angle", "--use-angle=gl-egl"), ("--use-gl=angle", "--use-angle=swiftshader"))
+_NAMES = {
+    "sector_rad": "sectorRad",
+    "depth_mm": "depthMm",
+    "frequency_mhz": "frequencyMHz",
+    "gain_db": "gainDb",
+    "tgc_slope_db_cm_mhz": "tgcSlopeDbCmMHz",
+    "tgc_db": "tgcDb",
+    "dynamic_range_db": "dynamicRangeDb",
+    "myocardium_db": "myocardiumDb",
+    "white_db": "whiteDb",
+    "noise_db": "noiseDb",
+    "ring_db": "ringDb",
+    "incidence_power": "incidencePower",
+    "apex_mm": "apexMm",
+    "aperture_mm": "apertureMm",
+    "slices": "slices",
+}
+
+
+def as_page_settings(settings: IceSettings) -> dict[str, Any]:
+    """Return the settings by the names that the page uses."""
+    return {_NAMES[name]: value for name, value in asdict(settings).items() if name in _NAMES}
+
+
+class IcePage:
+    """The page, and the folder that it is served from."""
+
+    def __init__(self, page: Page, folder: Path) -> None:
+        self.page = page
+        self._folder = folder
+        self.troubles: list[str] = []
+        page.on("console", lambda told: self.troubles.append(told.text) if told.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: self.troubles.append(str(error)))
+
+    def call(self, name: str, *arguments: Any) -> Any:
+        """Return what a function of the page returns."""
+        return self.page.evaluate("([name, given]) => window.ice[name](...given)", [name, list(arguments)])
+
+    def give(self, field: AcousticField) -> None:
+        """Put an acoustic volume on the graphics card."""
+        (self._folder / "acoustic.bin").write_bytes(field.rgba.tobytes())
+        size = field.rgba.shape[2::-1]
+        self.call("volume", "acoustic.bin", [int(each) for each in size], field.ct_from_voxel.ravel().tolist())
+
+    def give_labels(self, labels: npt.NDArray[np.uint8], ct_from_voxel: FloatArray, colours: Mapping[int, str]) -> None:
+        """Put labels on the graphics card, and colour by them."""
+        (self._folder / "labels.bin").write_bytes(np.ascontiguousarray(labels).tobytes())
+        size = [int(each) for each in labels.shape[::-1]]
+        self.call("labels", "labels.bin", size, ct_from_voxel.ravel().tolist(), [list(each) for each in colours.items()])
+
+    def grey(self, pose: FloatArray, settings: IceSettings, *, seq: int = 0) -> npt.NDArray[np.uint8]:
+        """Return the polar picture's grey levels (lines, samples) that the graphics card makes."""
+        self.call("settings", as_page_settings(settings))
+        self.call("pose", pose.ravel().tolist())
+        data = np.frombuffer(base64.b64decode(self.call("picture", seq)), np.uint8)
+        return data.reshape(settings.samples, settings.lines).T
+
+
+@contextmanager
+def ice_page(folder: Path, chromium: Path) -> Iterator[IcePage]:
+    """Give the harness page, built in `folder`, open in a browser with working graphics."""
+    handler = functools.partial(_Silent, directory=str(folder))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        with sync_playwright() as playwright:
+            browser = _browser(playwright, chromium)
+            made = IcePage(browser.new_page(viewport={"width": 820, "height": 660}), folder)
+            made.page.set_default_timeout(HANG_MS)
+            made.page.goto(f"http://127.0.0.1:{server.server_port}/ice.html")
+            made.page.wait_for_function("window.ice !== undefined")
+            yield made
+            browser.close()
+        server.shutdown()
+
+
+def _browser(playwright: Playwright, chromium: Path) -> Browser:
+    for graphics in _GRAPHICS:
+        browser = playwright.chromium.launch(executable_path=str(chromium), args=[*_QUIET, *graphics])
+        page = browser.new_page()
+        drawable = "document.createElement('canvas').getContext('webgl2')?.getExtension('EXT_color_buffer_float')"
+        if page.evaluate(f"() => !!({drawable})"):
+            page.close()
+            return browser
+        browser.close()
+    raise AssertionError("this browser has no WebGL 2 with half-float targets, with either way of drawing")
+
+
+class _Silent(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, format: str, *args: Any) -> None:
+        """Say nothing."""

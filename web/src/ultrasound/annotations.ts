@@ -1,0 +1,121 @@
+/** What stands around an ultrasound picture: depth scale, marks along the sector, orientation marker, settings. */
+
+import type { IceSettings } from "./settings";
+
+/** A sector laid out on a canvas: where mm of the frame `transducer` are, in pixels. */
+export interface Layout {
+  readonly pxPerMm: number;
+  /** Of the middle of the transducer's face. */
+  readonly x: number;
+  readonly y: number;
+  /** -1: distal is on the left, 1: on the right. */
+  readonly distal: -1 | 1;
+}
+
+export const MARGIN = { top: 54, side: 58, bottom: 34 } as const;
+const INK = "#d7dee6";
+const DIM = "rgba(215, 222, 230, 0.55)";
+const MARKER = "#57e389";
+
+/** Returns the layout that fits a sector into a canvas of a width and height in pixels. */
+export function layout(settings: IceSettings, width: number, height: number, distalLeft: boolean): Layout {
+  const half = Math.min(settings.sectorRad / 2, Math.PI / 2);
+  const wideMm = 2 * (settings.apexMm + settings.depthMm) * Math.sin(half);
+  const highMm = settings.depthMm + settings.apexMm * (1 - Math.cos(half));
+  const pxPerMm = Math.min((width - 2 * MARGIN.side) / wideMm, (height - MARGIN.top - MARGIN.bottom) / highMm);
+  const above = settings.apexMm * (1 - Math.cos(half)) * pxPerMm;
+  return { pxPerMm, x: width / 2, y: MARGIN.top + above, distal: distalLeft ? -1 : 1 };
+}
+
+/** Returns the distance between labelled depths, mm: 5 to 9 of them. */
+export function depthStep(depthMm: number): number {
+  for (const step of [5, 10, 20, 50]) if (depthMm / step <= 9) return step;
+  return 100;
+}
+
+/** Draws everything around the picture; what lies behind stays. */
+export function annotate(
+  context: CanvasRenderingContext2D, settings: IceSettings, at: Layout, state: { frozen: boolean; hz: number },
+): void {
+  const { width, height } = context.canvas;
+  context.clearRect(0, 0, width, height);
+  context.lineWidth = 1.5;
+  context.font = "16px system-ui, sans-serif";
+  context.textBaseline = "middle";
+  drawDepths(context, settings, at);
+  drawAngles(context, settings, at);
+  drawMarker(context, at);
+  context.textAlign = "left";
+  context.fillStyle = INK;
+  context.fillText(`${settings.frequencyMHz.toFixed(1)} MHz   ${Math.round(settings.depthMm)} mm`, 12, 18);
+  context.fillText(`Gain ${signed(settings.gainDb)} dB   DR ${Math.round(settings.dynamicRangeDb)} dB`, 12, 40);
+  context.textAlign = "right";
+  context.fillStyle = state.frozen ? "#ffb454" : INK;
+  context.fillText(state.frozen ? "FROZEN" : `${Math.round(state.hz)} Hz`, width - 12, 18);
+  context.fillStyle = DIM;
+  context.fillText("simulated, for training only", width - 12, 40);
+}
+
+/** Depths along both edges of the sector, every tenth of a step's double, with numbers in mm on the right. */
+function drawDepths(context: CanvasRenderingContext2D, settings: IceSettings, at: Layout): void {
+  const step = depthStep(settings.depthMm);
+  const half = settings.sectorRad / 2;
+  context.strokeStyle = DIM;
+  context.fillStyle = INK;
+  context.textAlign = "left";
+  for (let mm = 0; mm <= settings.depthMm + 1e-6; mm += step / 2) {
+    const labelled = Math.abs(mm / step - Math.round(mm / step)) < 1e-6;
+    for (const side of [-1, 1]) {
+      const [x, y] = pixel(settings, at, mm, side * half);
+      const [dx, dy] = [Math.cos(half) * Math.sign(x - at.x || side), -Math.sin(half)];
+      const long = labelled ? 9 : 5;
+      line(context, x, y, x + long * dx, y + long * dy);
+      if (labelled && mm > 0 && x > at.x) context.fillText(`${mm}`, x + 14 * dx, y + 14 * dy);
+    }
+  }
+}
+
+/** Marks along the far edge, every 15 degrees, longer in the middle: the beam's direction. */
+function drawAngles(context: CanvasRenderingContext2D, settings: IceSettings, at: Layout): void {
+  context.strokeStyle = DIM;
+  const most = Math.floor((settings.sectorRad / 2) / (Math.PI / 12) + 1e-6);
+  for (let i = -most; i <= most; i++) {
+    const [x, y] = pixel(settings, at, settings.depthMm, (i * Math.PI) / 12);
+    const [farX, farY] = pixel(settings, at, settings.depthMm + (i === 0 ? 11 : 6) / at.pxPerMm, (i * Math.PI) / 12);
+    line(context, x, y, farX, farY);
+  }
+}
+
+/** The marker beside the transducer on its distal side: a ring with D for distal. */
+function drawMarker(context: CanvasRenderingContext2D, at: Layout): void {
+  const x = at.x + at.distal * 40;
+  const y = at.y - 4;
+  context.strokeStyle = context.fillStyle = MARKER;
+  context.lineWidth = 2.5;
+  context.beginPath();
+  context.arc(x, y, 12, 0, 2 * Math.PI);
+  context.stroke();
+  context.lineWidth = 1.5;
+  context.textAlign = "center";
+  context.fillText("D", x, y + 1);
+}
+
+/** Returns the pixel of a point by its depth (mm) and its line's angle (rad, distal positive). */
+export function pixel(settings: IceSettings, at: Layout, depthMm: number, angle: number): [number, number] {
+  const reach = settings.apexMm + depthMm;
+  return [
+    at.x + at.distal * at.pxPerMm * reach * Math.sin(angle),
+    at.y + at.pxPerMm * (reach * Math.cos(angle) - settings.apexMm),
+  ];
+}
+
+function line(context: CanvasRenderingContext2D, x: number, y: number, toX: number, toY: number): void {
+  context.beginPath();
+  context.moveTo(x, y);
+  context.lineTo(toX, toY);
+  context.stroke();
+}
+
+function signed(value: number): string {
+  return `${value > 0 ? "+" : value < 0 ? "−" : ""}${Math.abs(Math.round(value))}`;
+}

@@ -77,7 +77,9 @@ class IcePage:
         """Put labels on the graphics card, and colour by them."""
         (self._folder / "labels.bin").write_bytes(np.ascontiguousarray(labels).tobytes())
         size = [int(each) for each in labels.shape[::-1]]
-        self.call("labels", "labels.bin", size, ct_from_voxel.ravel().tolist(), [list(each) for each in colours.items()])
+        self.call(
+            "labels", "labels.bin", size, ct_from_voxel.ravel().tolist(), [list(each) for each in colours.items()]
+        )
 
     def grey(self, pose: FloatArray, settings: IceSettings, *, seq: int = 0) -> npt.NDArray[np.uint8]:
         """Return the polar picture's grey levels (lines, samples) that the graphics card makes."""

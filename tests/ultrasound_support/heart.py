@@ -46,9 +46,7 @@ def heart_field(folder: Path, spacing_mm: float = 1.2) -> tuple[AcousticField, d
     values = np.array(list(_TISSUES.values()))
     values[:, 0] = np.log(values[:, 0] / 1.6569)
     fields = [ndimage.gaussian_filter(values[tissue, at], 0.7) for at in range(3)]
-    centroids = {
-        name: np.argwhere(masks[name]).mean(axis=0)[::-1] * spacing_mm + low for name in CHAMBERS
-    }
+    centroids = {name: np.argwhere(masks[name]).mean(axis=0)[::-1] * spacing_mm + low for name in CHAMBERS}
     return AcousticField.from_properties(*fields, ct_from_voxel=matrix), centroids
 
 
@@ -80,7 +78,9 @@ def inside(surface: Surface, shape: tuple[int, int, int], ct_from_voxel: FloatAr
     return np.asarray(flat.reshape(shape) != 0)
 
 
-def looking(at_mm: FloatArray, towards_mm: FloatArray, axis: FloatArray | tuple[float, ...] = (0.0, 0.0, 1.0)) -> FloatArray:
+def looking(
+    at_mm: FloatArray, towards_mm: FloatArray, axis: FloatArray | tuple[float, ...] = (0.0, 0.0, 1.0)
+) -> FloatArray:
     """Return the pose of a transducer whose catheter runs along `axis` and whose beam looks towards a point."""
     z = np.asarray(axis, float) / np.linalg.norm(axis)
     x = towards_mm - at_mm

@@ -20,6 +20,11 @@ _THREE_POINTS = 1.2247448713915890
 """Three equal points at 0 and ±this many standard deviations have the variance of the whole (sqrt(3/2))."""
 
 
+_FAINT = 0.5 / 255.0
+_SLOPE = 2.5066282746310002
+"""Width of a Gaussian by its area, in standard deviations: sqrt(2 pi)."""
+
+
 def complex_echo(
     field: AcousticField, beams: Beams, settings: IceSettings, *, resolved: Resolved, loss_db: FloatArray
 ) -> FloatArray:
@@ -28,9 +33,13 @@ def complex_echo(
     echo = transmission · (scatter · scatterers · gain + wall). Scatterers: a complex random field of the volume, raised
     by the gain that the point spread function will take away, so that the speckle's root mean square is `scatter`.
     Wall: R · cos^n of incidence, with R = tanh(change of ln Z / 2), and the wall's normal from the slope of the
-    impedance's code, which has the direction of the slope of the impedance whatever the code.
+    impedance's code, which has the direction of the slope of the impedance whatever the code. A wall is a line of
+    wall_mm, raised by what the pulse's length will take off its peak.
     """
     out = np.zeros((settings.lines, settings.samples, 2))
+    # In mm of the transducer's frame: how wide the volume has an interface, and how wide it is drawn.
+    slope_mm = field.interface_mm / _SLOPE / beams.ct_mm_per_mm
+    line_mm = min(resolved.wall_mm, slope_mm)
     knobs = np.array(
         [
             settings.sector_rad,
@@ -43,6 +52,8 @@ def complex_echo(
             resolved.sigma_lateral_rad,
             field.interface_mm,
             10.0 ** (settings.myocardium_db / 20.0),
+            slope_mm / line_mm,
+            math.hypot(1.0, resolved.sigma_axial_mm / line_mm),
         ]
     )
     _echo(field.rgba, beams.packed, packed(field.scales), knobs, settings.slices, loss_db, out)
@@ -64,14 +75,38 @@ def _loss_at(loss_db: FloatArray, across: float, along: float) -> float:
 
 
 @nb.njit(cache=True, nogil=True)
-def _facing(rgba: npt.NDArray[np.uint8], at: FloatArray, beam: FloatArray, spacing: FloatArray, power: float) -> float:
-    """Return cos^n of incidence at a point (voxels) of a beam (unit, in the volume's axes)."""
-    gx = (first_code_at(rgba, at[0] + 1.0, at[1], at[2]) - first_code_at(rgba, at[0] - 1.0, at[1], at[2])) / spacing[0]
-    gy = (first_code_at(rgba, at[0], at[1] + 1.0, at[2]) - first_code_at(rgba, at[0], at[1] - 1.0, at[2])) / spacing[1]
-    gz = (first_code_at(rgba, at[0], at[1], at[2] + 1.0) - first_code_at(rgba, at[0], at[1], at[2] - 1.0)) / spacing[2]
-    steep = math.sqrt(gx * gx + gy * gy + gz * gz)
-    cosine = abs(gx * beam[0] + gy * beam[1] + gz * beam[2]) / max(steep, 1e-6)
+def _facing(
+    rgba: npt.NDArray[np.uint8], at: FloatArray, beam: FloatArray, spacing: FloatArray, power: float, normal: FloatArray
+) -> float:
+    """Return cos^n of incidence at a point (voxels) of a beam (unit, in the volume's axes); write the wall's normal."""
+    normal[0] = (
+        first_code_at(rgba, at[0] + 1.0, at[1], at[2]) - first_code_at(rgba, at[0] - 1.0, at[1], at[2])
+    ) / spacing[0]
+    normal[1] = (
+        first_code_at(rgba, at[0], at[1] + 1.0, at[2]) - first_code_at(rgba, at[0], at[1] - 1.0, at[2])
+    ) / spacing[1]
+    normal[2] = (
+        first_code_at(rgba, at[0], at[1], at[2] + 1.0) - first_code_at(rgba, at[0], at[1], at[2] - 1.0)
+    ) / spacing[2]
+    steep = max(math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2), 1e-6)
+    for axis in range(3):
+        normal[axis] /= steep
+    cosine = abs(normal[0] * beam[0] + normal[1] * beam[1] + normal[2] * beam[2])
     return float(min(cosine, 1.0) ** power)
+
+
+@nb.njit(cache=True, nogil=True)
+def _wall(before: float, here: float, beyond: float, whole: float, narrowing: float) -> float:
+    """Return a wall's echo from the interface's code at a point, and one standard deviation before and beyond it.
+
+    The volume holds an interface as a Gaussian slope, wider than a wall looks. Three values on the way through it tell
+    how far the point is from its middle (in standard deviations, from the logarithm's slope) and how high it is there:
+    the echo is drawn as a narrower line of that height. whole: reflection for a code of 1.
+    """
+    place = math.log((before + _FAINT) / (beyond + _FAINT))
+    place = min(max(place, -2.0), 2.0)
+    reflection = math.tanh(whole * here * here * math.exp(0.5 * place * place))
+    return float(reflection * math.exp(-0.5 * (narrowing * place) ** 2))
 
 
 @nb.njit(cache=True, nogil=True)
@@ -118,7 +153,8 @@ def _echo(
     lines, samples = out.shape[0], out.shape[1]
     line_rad = sector / lines
     voxel_mm = beams[13:16]
-    code, pair, at, beam = np.empty(4), np.empty(2), np.empty(3), np.empty(3)
+    code, pair, at, beam, normal = np.empty(4), np.empty(2), np.empty(3), np.empty(3), np.empty(3)
+    slope = knobs[8] / _SLOPE
     axial_gain = math.sqrt(math.sqrt(1.0 + 2.0 * (knobs[6] * beams[12] / knobs[5]) ** 2))
     for line in range(lines):
         angle = ((line + 0.5) / lines - 0.5) * sector
@@ -130,14 +166,24 @@ def _echo(
                 beam[axis] = math.cos(angle) * beams[3 + axis] + math.sin(angle) * beams[9 + axis]
                 beam[axis] *= voxel_mm[axis] / beams[12]
                 at[axis] = beams[axis] + x * beams[3 + axis] + z * beams[9 + axis]
-            facing = _facing(rgba, at, beam, voxel_mm, knobs[3])
+            facing = _facing(rgba, at, beam, voxel_mm, knobs[3], normal) * knobs[11]
             scatter, wall = 0.0, 0.0
             out_of_plane = _THREE_POINTS * math.hypot(ELEVATION_NEAR_MM, ELEVATION_SPREAD * r)
             for part in range(slices):
                 y = (part - 1) * out_of_plane if slices == 3 else 0.0
-                codes_at(rgba, at[0] + y * beams[6], at[1] + y * beams[7], at[2] + y * beams[8], code)
+                i, j, k = at[0] + y * beams[6], at[1] + y * beams[7], at[2] + y * beams[8]
+                codes_at(rgba, i, j, k, code)
                 scatter += scales[0] * code[1] * code[1] / slices
-                wall += math.tanh(scales[2] * code[3] * code[3] * knobs[8]) / slices
+                here = code[3]
+                di, dj, dk = (
+                    normal[0] * slope / voxel_mm[0],
+                    normal[1] * slope / voxel_mm[1],
+                    normal[2] * slope / voxel_mm[2],
+                )
+                codes_at(rgba, i - di, j - dj, k - dk, code)
+                before = code[3]
+                codes_at(rgba, i + di, j + dj, k + dk, code)
+                wall += _wall(before, here, code[3], scales[2] * knobs[8], knobs[10]) / slices
             speckle = _scatterers_of(beams, reach, angle, line_rad, knobs, pair) * axial_gain * scatter * knobs[9]
             passed = 10.0 ** (-0.05 * _loss_at(loss_db, (line + 0.5) / lines, r / depth))
             out[line, sample, 0] = passed * (speckle * pair[0] + facing * wall)

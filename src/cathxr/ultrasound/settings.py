@@ -41,10 +41,10 @@ class IceSettings:
     gain_db: float = 0.0
     tgc_slope_db_cm_mhz: float = 0.4
     tgc_db: tuple[float, ...] = (0.0,) * TGC_STOPS
-    dynamic_range_db: float = 54.0
+    dynamic_range_db: float = 50.0
     myocardium_db: float = -50.0
-    white_db: float = -24.0
-    noise_db: float = -108.0
+    white_db: float = -25.0
+    noise_db: float = -102.0
     ring_db: float = -14.0
     incidence_power: float = 3.0
     apex_mm: float = 3.0
@@ -93,6 +93,7 @@ class Resolved:
     sigma_axial_mm: float
     cell_mm: float
     correlation_mm: float
+    wall_mm: float
     lateral: FloatArray
     axial: FloatArray
 
@@ -116,6 +117,7 @@ class Resolved:
             sigma_axial_mm=axial_mm,
             cell_mm=cell_mm,
             correlation_mm=_CORRELATION * cell_mm,
+            wall_mm=max(0.45, 1.2 * sample_mm),
             lateral=_weights(lateral_rad / line_rad),
             axial=_weights(axial_mm / sample_mm),
         )

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cathxr.ultrasound import simulate
+from cathxr.ultrasound import Resolved, simulate
 
 from ...ultrasound_support.phantoms import QUIET, decibel, moved, phantom, plane, share_within, voxel_centres
 
@@ -37,15 +37,20 @@ def test_a_wall_is_where_it_is() -> None:
 
 
 def test_a_wall_falls_with_incidence_as_the_cosine_to_the_power() -> None:
-    """cos³, within 20 %: the edge is as sharp as the voxels hold, and differences over two voxels see less of a slope
-    the more it is along their axis; at 60 degrees that turns the normal by 2.5 degrees, 3 · tan 60° · 0.044 = 23 % at
-    the worst place between voxels. An n of 2 or 4 would be off by a factor of 2 there.
+    """cos³ times what the beam's width takes off the peak of a slanted line (variances across the line add).
+
+    Within 20 %: the edge is as sharp as the voxels hold, and differences over two voxels see less of a slope the more
+    it is along their axis; at 60 degrees that turns the normal by up to 2.5 degrees, 3 · tan 60° · 0.044 = 23 % at the
+    worst place between voxels. An n of 2 or 4 would be off by a factor of 2 there.
     """
+    resolved = Resolved.of(QUIET)
+    line, axial = resolved.wall_mm**2, resolved.sigma_axial_mm**2
+    lateral = (resolved.sigma_lateral_rad * (40.0 + QUIET.apex_mm)) ** 2
     straight = _peak(plane(1.2, 40.0))
-    for tilt in (15.0, 30.0, 45.0, 60.0):
-        assert _peak(plane(1.2, 40.0, math.radians(tilt))) / straight == pytest.approx(
-            math.cos(math.radians(tilt)) ** 3, rel=0.2
-        ), f"at {tilt} degrees"
+    for tilt in np.radians([15.0, 30.0, 45.0, 60.0]):
+        kept = math.sqrt((line + axial) / (line + axial * math.cos(tilt) ** 2 + lateral * math.sin(tilt) ** 2))
+        expected = kept * math.cos(tilt) ** 3
+        assert _peak(plane(1.2, 40.0, tilt)) / straight == pytest.approx(expected, rel=0.2), f"at {tilt:.2f} rad"
 
 
 def test_an_interface_keeps_back_what_it_reflects() -> None:

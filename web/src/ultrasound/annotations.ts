@@ -27,7 +27,7 @@ export function layout(settings: IceSettings, width: number, height: number, dis
   return { pxPerMm, x: width / 2, y: MARGIN.top + above, distal: distalLeft ? -1 : 1 };
 }
 
-/** Returns the distance between labelled depths, mm: 5 to 9 of them. */
+/** Returns the distance between labelled depths, mm: at most nine of them. */
 export function depthStep(depthMm: number): number {
   for (const step of [5, 10, 20, 50]) if (depthMm / step <= 9) return step;
   return 100;

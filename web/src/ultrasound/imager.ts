@@ -14,6 +14,8 @@ import type { AcousticVolume } from "./volume";
 
 /** Echoes are stored times this: half floats hold 6e-8 to 65504, echoes are 1e-7 to 1. */
 const ECHO_SCALE = 4096;
+/** Width of a Gaussian by its area, in standard deviations. */
+const SLOPE = Math.sqrt(2 * Math.PI);
 
 export class IceImager {
   /** Pictures made so far: the number of the one shown is one less. */
@@ -39,7 +41,7 @@ export class IceImager {
     interfaceMm: { value: 1 }, scatterMax: { value: 1 }, attenuationMax: { value: 1 }, interfaceMax: { value: 1 },
     frequency: { value: 1 }, incidencePower: { value: 1 }, cellMm: { value: 1 }, correlationMm: { value: 1 },
     sigmaAxialMm: { value: 1 }, sigmaLateralRad: { value: 1 }, myocardium: { value: 1 }, slices: { value: 1 },
-    echoScale: { value: ECHO_SCALE },
+    echoScale: { value: ECHO_SCALE }, narrowing: { value: 1 }, wallGain: { value: 1 },
     noise: { value: 0 }, ring: { value: 0 }, gainDb: { value: 0 }, tgcTotalDb: { value: 0 }, whiteDb: { value: 0 },
     dynamicRangeDb: { value: 1 }, tgc: { value: new Float32Array(8) }, seq: { value: 0 },
   };
@@ -133,6 +135,7 @@ export class IceImager {
     (u.tgc!.value as Float32Array).set(next.tgcDb);
     setBlur(this.axial, this.worked.axial, this.worked.axialRadius);
     setBlur(this.receive, this.worked.lateral, this.worked.lateralRadius);
+    if (this.ready) this.place();
   }
 
   /** Makes a picture if one is due; returns whether it did. nowS: any clock's seconds. Call it before the scene is drawn. */
@@ -170,7 +173,12 @@ export class IceImager {
     (u.axisY!.value as Vector3).setFromMatrixColumn(matrix, 1);
     (u.axisZ!.value as Vector3).setFromMatrixColumn(matrix, 2);
     const e = this.ctFromTransducer.elements;
-    u.ctPerMm!.value = Math.hypot(e[0]!, e[1]!, e[2]!);
+    const ctPerMm = Math.hypot(e[0]!, e[1]!, e[2]!);
+    u.ctPerMm!.value = ctPerMm;
+    const slopeMm = this.volume!.interfaceMm / SLOPE / ctPerMm;
+    const lineMm = Math.min(this.worked.wallMm, slopeMm);
+    u.narrowing!.value = slopeMm / lineMm;
+    u.wallGain!.value = Math.hypot(1, this.worked.sigmaAxialMm / lineMm);
   }
 }
 

@@ -27,6 +27,8 @@ export class Offscreen {
   private xr = false;
   private clears = false;
   private resets = false;
+  private calls = 0;
+  private triangles = 0;
 
   constructor(private readonly renderer: WebGLRenderer) {
     const geometry = new BufferGeometry();
@@ -44,6 +46,8 @@ export class Offscreen {
     this.xr = renderer.xr.enabled;
     this.clears = renderer.autoClear;
     this.resets = renderer.info.autoReset;
+    this.calls = renderer.info.render.calls;
+    this.triangles = renderer.info.render.triangles;
     renderer.xr.enabled = false;
     renderer.autoClear = false;
     renderer.info.autoReset = false;
@@ -60,6 +64,8 @@ export class Offscreen {
     renderer.xr.enabled = this.xr;
     renderer.autoClear = this.clears;
     renderer.info.autoReset = this.resets;
+    renderer.info.render.calls = this.calls; // the scene's own count: these are not drawn for the eyes
+    renderer.info.render.triangles = this.triangles;
     // The headset's own target is never null: null there would mean the page's canvas.
     if (this.target !== null || !renderer.xr.isPresenting) renderer.setRenderTarget(this.target, this.face, this.level);
     this.target = null;

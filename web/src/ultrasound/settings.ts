@@ -45,10 +45,10 @@ export const ICE_DEFAULTS: IceSettings = {
   gainDb: 0,
   tgcSlopeDbCmMHz: 0.4,
   tgcDb: [0, 0, 0, 0, 0, 0, 0, 0],
-  dynamicRangeDb: 54,
+  dynamicRangeDb: 50,
   myocardiumDb: -50,
-  whiteDb: -24,
-  noiseDb: -108,
+  whiteDb: -25,
+  noiseDb: -102,
   ringDb: -14,
   incidencePower: 3,
   apexMm: 3,
@@ -69,6 +69,8 @@ export interface Resolved {
   readonly sigmaAxialMm: number;
   readonly cellMm: number;
   readonly correlationMm: number;
+  /** Standard deviation of a wall's line. */
+  readonly wallMm: number;
   /** Weights from the middle outwards, not normalised, then zeros up to LARGEST_RADIUS. */
   readonly lateral: Float32Array;
   readonly axial: Float32Array;
@@ -89,6 +91,7 @@ export function resolve(settings: IceSettings, size: IceSize): Resolved {
   const [axial, axialRadius] = weights(sigmaAxialMm / sampleMm);
   return {
     lineRad, sampleMm, sigmaLateralRad, sigmaAxialMm, cellMm, correlationMm: CORRELATION * cellMm,
+    wallMm: Math.max(0.45, 1.2 * sampleMm),
     lateral, axial, lateralRadius, axialRadius,
   };
 }

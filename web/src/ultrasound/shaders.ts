@@ -61,7 +61,7 @@ void main() {
 export const ECHO = `${HEAD}${PLANE}${HASH}
 uniform sampler2D loss;
 uniform vec2 size;
-uniform float incidencePower, cellMm, correlationMm, sigmaAxialMm, sigmaLateralRad, myocardium, echoScale;
+uniform float incidencePower, cellMm, correlationMm, sigmaAxialMm, sigmaLateralRad, myocardium, echoScale, narrowing, wallGain;
 uniform int slices;
 out vec4 echo;
 
@@ -80,13 +80,20 @@ vec2 scatterersAt(vec3 mm) {
   return sum * inversesqrt(squares.x * squares.y * squares.z) / UNIT;
 }
 
-float facing(vec3 voxel, vec3 beam) {
+vec3 slopeAt(vec3 voxel) {
   vec2 one = vec2(1.0, 0.0);
   vec3 slope = vec3(
     codesAt(voxel + one.xyy).r - codesAt(voxel - one.xyy).r,
     codesAt(voxel + one.yxy).r - codesAt(voxel - one.yxy).r,
     codesAt(voxel + one.yyx).r - codesAt(voxel - one.yyx).r) / spacing;
-  return pow(min(abs(dot(slope, beam)) / max(length(slope), 1e-6), 1.0), incidencePower);
+  return slope / max(length(slope), 1e-6);
+}
+
+/** A wall's echo from the interface's code one standard deviation before a point, there, and beyond. */
+float wallOf(float before, float here, float beyond) {
+  float place = clamp(log((before + 0.00196078431) / (beyond + 0.00196078431)), -2.0, 2.0);
+  float reflection = tanh(interfaceMax * interfaceMm * here * here * exp(0.5 * place * place));
+  return reflection * exp(-0.5 * narrowing * narrowing * place * place);
 }
 
 void main() {
@@ -97,20 +104,21 @@ void main() {
   vec3 voxel = voxelAt(reach, angle);
   vec3 beam = (cos(angle) * axisX + sin(angle) * axisZ) * spacing / ctPerMm;
 
+  vec3 normal = slopeAt(voxel);
+  vec3 across = normal * interfaceMm / 2.5066282746310002 / spacing;
   float scatter = 0.0, wall = 0.0;
   vec3 aside = axisY * 1.2247448713915890 * sqrt(0.25 + 0.000484 * r * r);
-  for (int i = 0; i < 3; i++) {
-    if (i >= slices) break;
-    vec4 code = codesAt(slices == 3 ? voxel + float(i - 1) * aside : voxel);
+  for (int i = 0; i < slices; i++) {
+    vec3 at = slices == 3 ? voxel + float(i - 1) * aside : voxel;
+    vec4 code = codesAt(at);
     scatter += scatterMax * code.g * code.g;
-    wall += tanh(interfaceMax * code.a * code.a * interfaceMm);
+    wall += wallOf(codesAt(at - across).a, code.a, codesAt(at + across).a);
   }
 
   float apart = reach * lineRad * ctPerMm;
   int parts = clamp(int(ceil(apart / cellMm)), 1, 4);
   vec2 sum = vec2(0.0);
-  for (int i = 0; i < 4; i++) {
-    if (i >= parts) break;
+  for (int i = 0; i < parts; i++) {
     float turned = angle + ((float(i) + 0.5) / float(parts) - 0.5) * lineRad;
     sum += scatterersAt(voxelAt(reach, turned) * spacing);
   }
@@ -122,7 +130,7 @@ void main() {
 
   float passed = exp2(-0.16609640474436813 * texture(loss, gl_FragCoord.xy / size).r);
   vec2 total = scatter * myocardium * gain * sum;
-  total.x += wall * facing(voxel, beam);
+  total.x += wall * wallGain * pow(min(abs(dot(normal, beam)), 1.0), incidencePower);
   echo = vec4(echoScale * passed / float(slices) * total, 0.0, 1.0);
 }`;
 // mind: scatter and wall are sums over the slices there, and are divided by their number at the end
@@ -135,8 +143,7 @@ uniform int radius;
 vec2 blurred(ivec2 at, ivec2 step, int place, int end) {
   vec2 sum = vec2(0.0);
   float total = 0.0;
-  for (int i = -15; i <= 15; i++) {
-    if (i < -radius || i > radius || place + i < 0 || place + i >= end) continue;
+  for (int i = max(-radius, -place); i <= min(radius, end - 1 - place); i++) {
     float weight = weights[abs(i)];
     sum += weight * texelFetch(echo, at + i * step, 0).rg;
     total += weight;

@@ -1,6 +1,6 @@
 /** The ultrasound image on a page of its own, steered by tests/e2e/test_ultrasound_shader.py. */
 
-import { Matrix4, OrthographicCamera, Scene, WebGLRenderer } from "three";
+import { Matrix4, OrthographicCamera, Scene, WebGLRenderer, WebGLRenderTarget } from "three";
 import { AcousticVolume, IceImager, IcePanel, LabelVolume } from "../../src/ultrasound";
 import type { IceSettings } from "../../src/ultrasound";
 
@@ -60,11 +60,23 @@ const ice = {
     renderer.render(scene, camera);
     return renderer.getContext().getError();
   },
-  /** Draws only the fan, filling the canvas; returns its red channel from the top row down, as base64. */
-  state: () => ({
-    target: renderer.getRenderTarget(), xr: renderer.xr.enabled, autoClear: renderer.autoClear,
-    made: imager.made, calls: renderer.info.render.calls,
-  }),
+  made: () => imager.made,
+  /** Makes a picture as within a headset's frame; returns what of the renderer is as it was. */
+  kept: () => {
+    const eyes = new WebGLRenderTarget(16, 16);
+    const calls = renderer.info.render.calls;
+    renderer.setRenderTarget(eyes);
+    renderer.xr.enabled = true;
+    imager.make();
+    const told = {
+      target: renderer.getRenderTarget() === eyes, xr: renderer.xr.enabled, autoClear: renderer.autoClear,
+      calls: renderer.info.render.calls - calls,
+    };
+    renderer.xr.enabled = false;
+    renderer.setRenderTarget(null);
+    eyes.dispose();
+    return told;
+  },
   update: (nowS: number) => imager.update(nowS),
   freeze: (frozen: boolean) => (imager.frozen = frozen),
   /** Returns the milliseconds that a picture takes, from asking to having it: the mean of `count`. */

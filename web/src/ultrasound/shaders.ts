@@ -81,11 +81,11 @@ vec2 scatterersAt(vec3 mm) {
 }
 
 vec3 slopeAt(vec3 voxel) {
-  vec2 one = vec2(1.0, 0.0);
+  vec2 reach = vec2(1.25, 0.0);
   vec3 slope = vec3(
-    codesAt(voxel + one.xyy).r - codesAt(voxel - one.xyy).r,
-    codesAt(voxel + one.yxy).r - codesAt(voxel - one.yxy).r,
-    codesAt(voxel + one.yyx).r - codesAt(voxel - one.yyx).r) / spacing;
+    codesAt(voxel + reach.xyy).r - codesAt(voxel - reach.xyy).r,
+    codesAt(voxel + reach.yxy).r - codesAt(voxel - reach.yxy).r,
+    codesAt(voxel + reach.yyx).r - codesAt(voxel - reach.yyx).r) / spacing;
   return slope / max(length(slope), 1e-6);
 }
 

@@ -62,11 +62,12 @@ def scene() -> AcousticField:
 def assert_agree(grey: npt.NDArray[np.uint8], field: AcousticField, pose: FloatArray, settings: IceSettings) -> None:
     """The same envelope: correlated, of the same level everywhere, and nearly everywhere the same to a step or two.
 
-    What differs: a graphics card interpolates with weights of 8 bits (2⁻⁹ of a code, 0.1 dB of a wall), stores
-    the loss in half floats (2⁻¹¹: 0.03 dB at 60 dB) and the echoes twice (2⁻¹¹ of the real and imaginary part, which
-    counts where these cancel), and works in 32 bits (2⁻²³ of a place of 200 mm: 2⁻¹³ of a lattice cell). So a region's
-    mean is within 0.3 dB, a third of which is the step of 0.4 dB; dark places between speckles may be off by many dB,
-    one in a hundred at most.
+    What differs: a graphics card interpolates with weights of 8 bits (2⁻⁹ of a code, 0.1 dB of a wall), stores the loss
+    in half floats (2⁻¹¹: 0.03 dB at 60 dB) and the echoes twice (2⁻¹¹ of the real and imaginary part, which counts
+    where these cancel), and works in 32 bits (2⁻²³ of a place of 200 mm: 2⁻¹³ of a lattice cell). A rasteriser in
+    software may round interpolated codes to 8 bits: half a step of blood's attenuation, code 26, is 4 % of 20 dB there
+    and back. So a region's mean is within 0.8 dB; dark places between speckles may be off by many dB, one in a hundred
+    at most.
     """
     reference = simulate(field, pose, settings, seq=7)
     of, to = (each.astype(float) / 255.0 * settings.dynamic_range_db for each in (grey, reference.grey))
@@ -75,7 +76,7 @@ def assert_agree(grey: npt.NDArray[np.uint8], field: AcousticField, pose: FloatA
     assert np.corrcoef(*envelope)[0, 1] > 0.999
     off = of - to
     regions = off.reshape(_REGIONS, of.shape[0] // _REGIONS, _REGIONS, of.shape[1] // _REGIONS).mean(axis=(1, 3))
-    assert np.abs(regions).max() < 0.3, np.round(regions, 2)
+    assert np.abs(regions).max() < 0.8, np.round(regions, 2)
     assert np.percentile(np.abs(off), 90) < 1.3
     assert np.percentile(np.abs(off), 99) < 6.0
 
@@ -155,6 +156,18 @@ def test_it_runs_at_its_own_rate_and_leaves_the_renderer_as_it_was(page: IcePage
     assert page.call("kept") == {"target": True, "xr": True, "autoClear": True, "calls": 0}
     assert page.call("draw") == 0
     assert page.troubles == []
+
+
+def test_pictures_persist_as_asked(page: IcePage) -> None:
+    """A picture of nothing after one of tissue: its share is left, to a step and a half of rounding."""
+    page.give(phantom(0.0, 1.0, 0.2))
+    dark = IceSettings(gain_db=-90.0)
+    bright = page.grey(moved(), IceSettings()).astype(float)
+    assert page.grey(moved(), dark).max() < 255 * 0.1  # the ring's very middle at most
+    page.grey(moved(), IceSettings())
+    left = page.grey(moved(), dark, persistence=0.4).astype(float)
+    far = slice(100, None)
+    assert np.abs(left[:, far] - 0.4 * bright[:, far]).max() <= 1.5
 
 
 def _screen(page: IcePage) -> npt.NDArray[np.uint8]:

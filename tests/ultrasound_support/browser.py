@@ -81,11 +81,13 @@ class IcePage:
             "labels", "labels.bin", size, ct_from_voxel.ravel().tolist(), [list(each) for each in colours.items()]
         )
 
-    def grey(self, pose: FloatArray, settings: IceSettings, *, seq: int = 0) -> npt.NDArray[np.uint8]:
+    def grey(
+        self, pose: FloatArray, settings: IceSettings, *, seq: int = 0, persistence: float = 0.0
+    ) -> npt.NDArray[np.uint8]:
         """Return the polar picture's grey levels (lines, samples) that the graphics card makes."""
         self.call("settings", as_page_settings(settings))
         self.call("pose", pose.ravel().tolist())
-        data = np.frombuffer(base64.b64decode(self.call("picture", seq)), np.uint8)
+        data = np.frombuffer(base64.b64decode(self.call("picture", seq, persistence)), np.uint8)
         return data.reshape(settings.samples, settings.lines).T
 
 

@@ -1,7 +1,7 @@
 /** The simulated ultrasound picture: four passes on the graphics card, some 30 times a second, whatever the headset's rate. */
 
 import {
-  ClampToEdgeWrapping, HalfFloatType, LinearFilter, Matrix4, NearestFilter, NoColorSpace, RedFormat, RGBAFormat, RGFormat,
+  ClampToEdgeWrapping, HalfFloatType, LinearFilter, Matrix4, NearestFilter, NoColorSpace, NormalBlending, RedFormat, RGBAFormat, RGFormat,
   UnsignedByteType, Vector2, Vector3, WebGLRenderTarget,
 } from "three";
 import type { RawShaderMaterial, Texture, WebGLRenderer } from "three";
@@ -21,6 +21,8 @@ export class IceImager {
   /** Pictures made so far: the number of the one shown is one less. */
   made = 0;
   frozen = false;
+  /** Share of the pictures before in each new one, 0 to 0.9, as scanners have it: calms the noise, and lags a little. */
+  persistence = 0.3;
   private current: IceSettings = ICE_DEFAULTS;
   private worked!: Resolved;
   private volume: AcousticVolume | null = null;
@@ -44,6 +46,7 @@ export class IceImager {
     echoScale: { value: ECHO_SCALE }, narrowing: { value: 1 }, wallGain: { value: 1 },
     noise: { value: 0 }, ring: { value: 0 }, gainDb: { value: 0 }, tgcTotalDb: { value: 0 }, whiteDb: { value: 0 },
     dynamicRangeDb: { value: 1 }, tgc: { value: new Float32Array(8) }, seq: { value: 0 },
+    fresh: { value: 1 },
   };
   private readonly loss: RawShaderMaterial;
   private readonly echo: RawShaderMaterial;
@@ -67,6 +70,8 @@ export class IceImager {
     this.echo = makePass(ECHO, { ...shared, size: fine, loss: { value: this.lossTarget.texture } });
     this.axial = makePass(AXIAL, { ...blur(this.echoTarget), size: fine });
     this.receive = makePass(RECEIVE, { ...shared, ...blur(this.axialTarget), size: fine });
+    this.receive.blending = NormalBlending;
+    this.receive.transparent = true;
     this.setSettings({});
   }
 
@@ -141,15 +146,17 @@ export class IceImager {
   /** Makes a picture if one is due; returns whether it did. nowS: any clock's seconds. Call it before the scene is drawn. */
   update(nowS: number): boolean {
     if (this.frozen || !this.ready || this.hz <= 0 || nowS - this.lastS < 1 / this.hz - 0.002) return false;
+    const pause = nowS - this.lastS;
     this.lastS = nowS;
-    this.make();
+    this.make(this.made, pause > 1 ? 0 : this.persistence);
     return true;
   }
 
-  /** Makes a picture now. seq: its number, which only the receiver's noise depends on. */
-  make(seq = this.made): void {
+  /** Makes a picture now. seq: its number, which only the receiver's noise depends on. persistence: see there. */
+  make(seq = this.made, persistence = 0): void {
     if (!this.ready) return;
     this.shared.seq!.value = seq;
+    this.shared.fresh!.value = this.made === 0 ? 1 : 1 - Math.min(0.9, Math.max(0, persistence));
     this.offscreen.begin();
     this.offscreen.draw(this.loss, this.lossTarget);
     this.offscreen.draw(this.echo, this.echoTarget);

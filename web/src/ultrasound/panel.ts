@@ -7,7 +7,7 @@ import type { FanGeometry } from "./fan";
 import type { IceImager } from "./imager";
 
 const WIDTH = 800;
-const HEIGHT = 640;
+const HEIGHT = 600;
 
 /**
  * A plate of `widthM` metres, in its own x-y plane, facing z; put its group anywhere. Three draw calls. The text is

@@ -161,10 +161,13 @@ void main() {
   result = vec4(blurred(at, ivec2(0, 1), at.y, int(size.y)), 0.0, 1.0);
 }`;
 
-/** The beam's width, constant in angle, then the receiver: envelope, ring, noise, amplification, compression. */
+/**
+ * The beam's width, constant in angle, then the receiver: envelope, ring, noise, amplification, compression. `fresh`: the
+ * share of this picture where it is mixed with the one before.
+ */
 export const RECEIVE = `${HEAD}${BLUR}${HASH}
 uniform vec2 size;
-uniform float depth, echoScale, noise, ring, gainDb, tgcTotalDb, whiteDb, dynamicRangeDb;
+uniform float depth, echoScale, noise, ring, gainDb, tgcTotalDb, whiteDb, dynamicRangeDb, fresh;
 uniform float tgc[8];
 uniform int seq;
 out vec4 grey;
@@ -179,7 +182,7 @@ void main() {
   int stop = min(int(share * 7.0), 6);
   float amplified = gainDb + tgcTotalDb * share + mix(tgc[stop], tgc[stop + 1], share * 7.0 - float(stop));
   float levelDb = 6.020599913279624 * log2(max(envelope, 1e-12)) + amplified;
-  grey = vec4(vec3(clamp(1.0 + (levelDb - whiteDb) / dynamicRangeDb, 0.0, 1.0)), 1.0);
+  grey = vec4(vec3(clamp(1.0 + (levelDb - whiteDb) / dynamicRangeDb, 0.0, 1.0)), fresh);
 }`;
 
 export const FAN_VERTEX = `
@@ -210,7 +213,7 @@ void main() {
     ivec3 voxel = ivec3(floor((labelsFromTransducer * vec4(place.x, 0.0, place.y, 1.0)).xyz + 0.5));
     if (all(greaterThanEqual(voxel, ivec3(0))) && all(lessThan(voxel, textureSize(labels, 0)))) {
       vec4 part = texelFetch(palette, ivec2(int(texelFetch(labels, voxel, 0).r), 0), 0);
-      shown = mix(shown, part.rgb * (0.3 + 0.7 * grey) + 0.3 * grey, colouring * part.a);
+      shown = mix(shown, part.rgb * (0.5 + 0.5 * grey) + 0.25 * grey, colouring * part.a);
     }
   }
   colour = vec4(shown, opacity);

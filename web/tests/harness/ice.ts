@@ -10,7 +10,7 @@ const imager = new IceImager(renderer);
 const panel = new IcePanel(imager);
 const scene = new Scene();
 scene.add(panel.group);
-const camera = new OrthographicCamera(-0.2, 0.2, 0.16, -0.16, -1, 1);
+const camera = new OrthographicCamera(-0.2, 0.2, 0.15, -0.15, -1, 1);
 const pose = new Matrix4();
 
 async function bytes(url: string): Promise<Uint8Array<ArrayBuffer>> {
@@ -47,8 +47,8 @@ const ice = {
     panel.fan.setPose(pose);
   },
   /** Returns the polar picture's grey levels, line after line of a depth, as base64. */
-  picture: (seq: number): string => {
-    imager.make(seq);
+  picture: (seq: number, persistence = 0): string => {
+    imager.make(seq, persistence);
     const { lines, samples } = imager.size;
     const rgba = new Uint8Array(4 * lines * samples);
     renderer.readRenderTargetPixels(imager.target, 0, 0, lines, samples, rgba);

@@ -10,7 +10,7 @@ from cathxr.core import FloatArray
 from cathxr.ultrasound.field import AcousticField
 from cathxr.ultrasound.plane import Beams
 from cathxr.ultrasound.sampling import codes_at, first_code_at, packed
-from cathxr.ultrasound.scatterers import scatterers_at
+from cathxr.ultrasound.scatterers import UNIT, scatterers_at
 from cathxr.ultrasound.settings import MOST_PARTS, IceSettings, Resolved
 
 ELEVATION_NEAR_MM = 0.5
@@ -23,6 +23,8 @@ _THREE_POINTS = 1.2247448713915890
 """Three equal points at 0 and ±this many standard deviations have the variance of the whole (sqrt(3/2))."""
 
 
+LAYER_CELLS = 1.4
+"""Distance between layers in cells: as wide as the field is correlated, so that they are all but independent."""
 _FAINT = 0.5 / 255.0
 _SLOPE = 2.5066282746310002
 """Width of a Gaussian by its area, in standard deviations: sqrt(2 pi)."""
@@ -57,6 +59,7 @@ def complex_echo(
             10.0 ** (settings.myocardium_db / 20.0),
             slope_mm / line_mm,
             math.hypot(1.0, resolved.sigma_axial_mm / line_mm),
+            float(resolved.layers),
         ]
     )
     _echo(field.rgba, beams.packed, packed(field.scales), knobs, settings.slices, loss_db, out)
@@ -113,26 +116,28 @@ def _scatterers_of(
 ) -> float:
     """Write the scatterers' sum at a point of a line; return the gain that keeps its level as the beam widens.
 
-    Lines lie further apart than the lattice's points at depth: the mean of several places on the way to the next line
-    keeps the speckle from boiling when the transducer moves.
+    Several layers across the image plane add up, as within a beam's thickness: the speckle changes more slowly when
+    the catheter rolls. And lines lie further apart than the lattice's points at depth: the mean of several places on
+    the way to the next line keeps the speckle from boiling when the transducer moves.
     """
-    apex, cell, correlation, lateral = knobs[2], knobs[4], knobs[5], knobs[7]
+    apex, cell, correlation, lateral, layers = knobs[2], knobs[4], knobs[5], knobs[7], int(knobs[12])
     spacing = reach * line_rad * beams[12]
     parts = min(max(math.ceil(spacing / cell), 1), MOST_PARTS)
-    pair = np.empty(2)
     out[:] = 0.0
     for part in range(parts):
         turned = angle + ((part + 0.5) / parts - 0.5) * line_rad
         x, z = reach * math.cos(turned) - apex, reach * math.sin(turned)
-        scatterers_at(
-            (beams[0] + x * beams[3] + z * beams[9]) * beams[13],
-            (beams[1] + x * beams[4] + z * beams[10]) * beams[14],
-            (beams[2] + x * beams[5] + z * beams[11]) * beams[15],
-            cell,
-            pair,
-        )
-        out[0] += pair[0] / parts
-        out[1] += pair[1] / parts
+        for layer in range(layers):
+            y = LAYER_CELLS * (layer - 0.5 * (layers - 1)) * cell / beams[12]
+            scatterers_at(
+                (beams[0] + x * beams[3] + y * beams[6] + z * beams[9]) * beams[13] / cell,
+                (beams[1] + x * beams[4] + y * beams[7] + z * beams[10]) * beams[14] / cell,
+                (beams[2] + x * beams[5] + y * beams[8] + z * beams[11]) * beams[15] / cell,
+                out,
+            )
+    scale = 1.0 / (UNIT * parts * math.sqrt(layers))
+    out[0] *= scale
+    out[1] *= scale
     width = (reach * lateral * beams[12]) ** 2 + spacing * spacing * (1.0 - 1.0 / (parts * parts)) / 12.0
     return float(math.sqrt(math.sqrt(1.0 + 2.0 * width / (correlation * correlation))))
 

@@ -49,12 +49,11 @@ def imaginary_part(h: np.uint32) -> float:
 
 
 @_jit
-def scatterers_at(x_mm: float, y_mm: float, z_mm: float, cell_mm: float, out: FloatArray) -> None:
-    """Write the scatterer field (real, imaginary) at a point: mean 0, mean square 1 everywhere.
+def scatterers_at(x: float, y: float, z: float, out: FloatArray) -> None:
+    """Add the scatterer field (real, imaginary) at a point, in cells of the lattice: mean 0, mean square UNIT².
 
     Linear between the lattice's points, with weights whose squares sum to one.
     """
-    x, y, z = x_mm / cell_mm, y_mm / cell_mm, z_mm / cell_mm
     x0, y0, z0 = math.floor(x), math.floor(y), math.floor(z)
     fx, fy, fz = x - x0, y - y0, z - z0
     real, imaginary = 0.0, 0.0
@@ -65,6 +64,6 @@ def scatterers_at(x_mm: float, y_mm: float, z_mm: float, cell_mm: float, out: Fl
         real += weight * real_part(h)
         imaginary += weight * imaginary_part(h)
     squares = (fx * fx + (1.0 - fx) ** 2) * (fy * fy + (1.0 - fy) ** 2) * (fz * fz + (1.0 - fz) ** 2)
-    scale = 1.0 / (UNIT * math.sqrt(squares))
-    out[0] = real * scale
-    out[1] = imaginary * scale
+    scale = 1.0 / math.sqrt(squares)
+    out[0] += real * scale
+    out[1] += imaginary * scale

@@ -14,6 +14,8 @@ FWHM = 2.3548200450309493
 LARGEST_RADIUS = 15
 """A point spread function never reaches further than this many samples or lines to a side."""
 MOST_PARTS = 4
+ELEVATION_LAYERS = {1: 1, 3: 4}
+"""How many layers of scatterers across the image plane add up to a speckle, by the number of slices."""
 TGC_STOPS = 8
 _CORRELATION = 0.6198
 """Area of the scatterer field's mean autocorrelation, as the standard deviation of a Gaussian, in cells.
@@ -92,6 +94,7 @@ class Resolved:
     sigma_lateral_rad: float
     sigma_axial_mm: float
     cell_mm: float
+    layers: int
     correlation_mm: float
     wall_mm: float
     lateral: FloatArray
@@ -116,6 +119,7 @@ class Resolved:
             sigma_lateral_rad=lateral_rad,
             sigma_axial_mm=axial_mm,
             cell_mm=cell_mm,
+            layers=ELEVATION_LAYERS[settings.slices],
             correlation_mm=_CORRELATION * cell_mm,
             wall_mm=max(0.45, 1.2 * sample_mm),
             lateral=_weights(lateral_rad / line_rad),

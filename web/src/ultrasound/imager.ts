@@ -42,7 +42,7 @@ export class IceImager {
     ctPerMm: { value: 1 }, sector: { value: 1 }, depth: { value: 1 }, apex: { value: 1 },
     interfaceMm: { value: 1 }, scatterMax: { value: 1 }, attenuationMax: { value: 1 }, interfaceMax: { value: 1 },
     frequency: { value: 1 }, incidencePower: { value: 1 }, cellMm: { value: 1 }, correlationMm: { value: 1 },
-    sigmaAxialMm: { value: 1 }, sigmaLateralRad: { value: 1 }, myocardium: { value: 1 }, slices: { value: 1 },
+    sigmaAxialMm: { value: 1 }, sigmaLateralRad: { value: 1 }, myocardium: { value: 1 }, slices: { value: 1 }, layers: { value: 1 },
     echoScale: { value: ECHO_SCALE }, narrowing: { value: 1 }, wallGain: { value: 1 },
     noise: { value: 0 }, ring: { value: 0 }, gainDb: { value: 0 }, tgcTotalDb: { value: 0 }, whiteDb: { value: 0 },
     dynamicRangeDb: { value: 1 }, tgc: { value: new Float32Array(8) }, seq: { value: 0 },
@@ -131,7 +131,7 @@ export class IceImager {
     const numbers: Record<string, number> = {
       sector: next.sectorRad, depth: next.depthMm, apex: next.apexMm, frequency: next.frequencyMHz,
       incidencePower: next.incidencePower, cellMm: this.worked.cellMm, correlationMm: this.worked.correlationMm,
-      sigmaAxialMm: this.worked.sigmaAxialMm, sigmaLateralRad: this.worked.sigmaLateralRad, slices: next.slices,
+      sigmaAxialMm: this.worked.sigmaAxialMm, sigmaLateralRad: this.worked.sigmaLateralRad, slices: next.slices, layers: this.worked.layers,
       myocardium: 10 ** (next.myocardiumDb / 20), noise: 10 ** (next.noiseDb / 20), ring: 10 ** (next.ringDb / 20),
       gainDb: next.gainDb, whiteDb: next.whiteDb, dynamicRangeDb: next.dynamicRangeDb,
       tgcTotalDb: (next.tgcSlopeDbCmMHz * next.frequencyMHz * next.depthMm) / 10,

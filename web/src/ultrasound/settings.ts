@@ -61,6 +61,8 @@ export const LARGEST_RADIUS = 15;
 const SOUND_MM_US = 1.54;
 const FWHM = 2.3548200450309493;
 const CORRELATION = 0.6198;
+/** How many layers of scatterers across the image plane add up to a speckle, by the number of slices. */
+const ELEVATION_LAYERS = { 1: 1, 3: 4 } as const;
 
 export interface Resolved {
   readonly lineRad: number;
@@ -68,6 +70,7 @@ export interface Resolved {
   readonly sigmaLateralRad: number;
   readonly sigmaAxialMm: number;
   readonly cellMm: number;
+  readonly layers: number;
   readonly correlationMm: number;
   /** Standard deviation of a wall's line. */
   readonly wallMm: number;
@@ -90,7 +93,7 @@ export function resolve(settings: IceSettings, size: IceSize): Resolved {
   const [lateral, lateralRadius] = weights(sigmaLateralRad / lineRad);
   const [axial, axialRadius] = weights(sigmaAxialMm / sampleMm);
   return {
-    lineRad, sampleMm, sigmaLateralRad, sigmaAxialMm, cellMm, correlationMm: CORRELATION * cellMm,
+    lineRad, sampleMm, sigmaLateralRad, sigmaAxialMm, cellMm, layers: ELEVATION_LAYERS[settings.slices], correlationMm: CORRELATION * cellMm,
     wallMm: Math.max(0.45, 1.2 * sampleMm),
     lateral, axial, lateralRadius, axialRadius,
   };

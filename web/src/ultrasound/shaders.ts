@@ -62,11 +62,11 @@ export const ECHO = `${HEAD}${PLANE}${HASH}
 uniform sampler2D loss;
 uniform vec2 size;
 uniform float incidencePower, cellMm, correlationMm, sigmaAxialMm, sigmaLateralRad, myocardium, echoScale, narrowing, wallGain;
-uniform int slices;
+uniform int slices, layers;
 out vec4 echo;
 
-vec2 scatterersAt(vec3 mm) {
-  vec3 p = mm / cellMm;
+/** The scatterer field at a point in cells: linear between the lattice's points, of the same variance anywhere. */
+vec2 scatterersAt(vec3 p) {
   vec3 base = floor(p);
   vec3 f = p - base;
   ivec3 at = ivec3(base);
@@ -77,7 +77,7 @@ vec2 scatterersAt(vec3 mm) {
     sum += w.x * w.y * w.z * deviate(mixed(latticeKey(at + d)));
   }
   vec3 squares = f * f + (1.0 - f) * (1.0 - f);
-  return sum * inversesqrt(squares.x * squares.y * squares.z) / UNIT;
+  return sum * inversesqrt(squares.x * squares.y * squares.z);
 }
 
 vec3 slopeAt(vec3 voxel) {
@@ -115,14 +115,16 @@ void main() {
     wall += wallOf(codesAt(at - across).a, code.a, codesAt(at + across).a);
   }
 
+  vec3 layer = 1.4 * axisY * spacing / ctPerMm;
   float apart = reach * lineRad * ctPerMm;
   int parts = clamp(int(ceil(apart / cellMm)), 1, 4);
   vec2 sum = vec2(0.0);
   for (int i = 0; i < parts; i++) {
     float turned = angle + ((float(i) + 0.5) / float(parts) - 0.5) * lineRad;
-    sum += scatterersAt(voxelAt(reach, turned) * spacing);
+    vec3 place = voxelAt(reach, turned) * spacing / cellMm - 0.5 * float(layers - 1) * layer;
+    for (int j = 0; j < layers; j++) sum += scatterersAt(place + float(j) * layer);
   }
-  sum /= float(parts);
+  sum /= UNIT * float(parts) * sqrt(float(layers));
   float lateral = reach * sigmaLateralRad * ctPerMm;
   float width = lateral * lateral + apart * apart * (1.0 - 1.0 / float(parts * parts)) / 12.0;
   float axial = sigmaAxialMm * ctPerMm / correlationMm;

@@ -60,6 +60,8 @@ const ice = {
     renderer.render(scene, camera);
     return renderer.getContext().getError();
   },
+  /** The canvas as it was drawn last, as a PNG in base64. */
+  png: (): string => canvas.toDataURL("image/png").split(",")[1]!,
   made: () => imager.made,
   /** Makes a picture as within a headset's frame; returns what of the renderer is as it was. */
   kept: () => {

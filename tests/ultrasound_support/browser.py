@@ -59,6 +59,7 @@ class IcePage:
     def __init__(self, page: Page, folder: Path) -> None:
         self.page = page
         self._folder = folder
+        self._served = 0
         self.troubles: list[str] = []
         page.on("console", lambda told: self.troubles.append(told.text) if told.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: self.troubles.append(str(error)))
@@ -67,11 +68,22 @@ class IcePage:
         """Return what a function of the page returns."""
         return self.page.evaluate("([name, given]) => window.ice[name](...given)", [name, list(arguments)])
 
+    def _serve(self, content: bytes) -> str:
+        """Return the name of a file of its own: what changes twice in a second looks unchanged to a browser's cache."""
+        self._served += 1
+        name = f"volume-{self._served}.bin"
+        (self._folder / name).write_bytes(content)
+        return name
+
     def give(self, field: AcousticField) -> None:
         """Put an acoustic volume on the graphics card."""
-        (self._folder / "acoustic.bin").write_bytes(field.rgba.tobytes())
         size = field.rgba.shape[2::-1]
-        self.call("volume", "acoustic.bin", [int(each) for each in size], field.ct_from_voxel.ravel().tolist())
+        self.call(
+            "volume",
+            self._serve(field.rgba.tobytes()),
+            [int(each) for each in size],
+            field.ct_from_voxel.ravel().tolist(),
+        )
 
     def give_labels(self, labels: npt.NDArray[np.uint8], ct_from_voxel: FloatArray, colours: Mapping[int, str]) -> None:
         """Put labels on the graphics card, and colour by them."""

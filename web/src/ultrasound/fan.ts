@@ -11,7 +11,7 @@ const UNIT = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
 /** The outline of a sector, in the x-z plane; the shader cuts its far edge round. Rewritten in place. */
 export class FanGeometry extends BufferGeometry {
   private readonly places = new BufferAttribute(new Float32Array(6 * (STEPS + 1)), 3);
-  private shape = "";
+  private readonly shape = { sectorRad: 0, depthMm: 0, apexMm: 0 };
 
   constructor() {
     super();
@@ -23,9 +23,11 @@ export class FanGeometry extends BufferGeometry {
 
   /** Takes a sector (rad), a depth and the apex's distance behind the face (mm). */
   fit(sectorRad: number, depthMm: number, apexMm: number): void {
-    const shape = `${sectorRad} ${depthMm} ${apexMm}`;
-    if (shape === this.shape) return;
-    this.shape = shape;
+    const { shape } = this;
+    if (sectorRad === shape.sectorRad && depthMm === shape.depthMm && apexMm === shape.apexMm) return;
+    shape.sectorRad = sectorRad;
+    shape.depthMm = depthMm;
+    shape.apexMm = apexMm;
     const far = (apexMm + depthMm) / Math.cos(sectorRad / STEPS / 2);
     for (let i = 0; i <= STEPS; i++) {
       const angle = (i / STEPS - 0.5) * sectorRad;
@@ -54,6 +56,7 @@ export class IceFan extends Mesh<FanGeometry, RawShaderMaterial> {
     };
     super(geometry, new RawShaderMaterial({
       glslVersion: GLSL3, vertexShader: FAN_VERTEX, fragmentShader: FAN, uniforms, side: DoubleSide, transparent: true,
+      forceSinglePass: true, // flat: one draw call, not one for each side
     }));
     this.name = "ice fan";
     this.colour(null, 0);

@@ -5,6 +5,7 @@ import { annotate, layout } from "./annotations";
 import { IceFan } from "./fan";
 import type { FanGeometry } from "./fan";
 import type { IceImager } from "./imager";
+import type { IceSettings } from "./settings";
 
 const WIDTH = 800;
 const HEIGHT = 600;
@@ -21,7 +22,7 @@ export class IcePanel {
   private readonly context: CanvasRenderingContext2D;
   private readonly texture: CanvasTexture;
   private readonly parts: Mesh<PlaneGeometry, MeshBasicMaterial>[];
-  private written = "";
+  private readonly drawn = { settings: null as IceSettings | null, frozen: false, hz: 0, distalLeft: true };
 
   /** geometry: to be shared with the beam's fan. Throws Error when the browser gives no 2D canvas. */
   constructor(private readonly imager: IceImager, geometry?: FanGeometry, private readonly widthM = 0.4) {
@@ -49,13 +50,15 @@ export class IcePanel {
     this.refresh();
   }
 
-  /** Follows the imager's settings. Cheap when nothing has changed. */
+  /** Follows the imager's settings; may be called for every frame: it does nothing when nothing has changed. */
   refresh(): void {
     const { settings, frozen, hz } = this.imager;
-    const { sectorRad, depthMm, apexMm, gainDb, frequencyMHz, dynamicRangeDb } = settings;
-    const now = `${sectorRad} ${depthMm} ${apexMm} ${gainDb} ${frequencyMHz} ${dynamicRangeDb} ${frozen} ${hz} ${this.distalLeft}`;
-    if (now === this.written) return;
-    this.written = now;
+    const { drawn } = this;
+    if (settings === drawn.settings && frozen === drawn.frozen && hz === drawn.hz && this.distalLeft === drawn.distalLeft) return;
+    drawn.settings = settings;
+    drawn.frozen = frozen;
+    drawn.hz = hz;
+    drawn.distalLeft = this.distalLeft;
     const at = layout(settings, WIDTH, HEIGHT, this.distalLeft);
     annotate(this.context, settings, at, { frozen, hz });
     this.texture.needsUpdate = true;

@@ -161,7 +161,7 @@ def rows_of(  # type: ignore[no-untyped-def]
     tip_sigma,
     outlined,
 ):
-    """Return (piece, weights of the 12 unknowns, residual px, sigma px) of every measurement, and the first outline row.
+    """Return (piece, weights of the 12 unknowns, residual px, sigma px) a measurement, and the first outline row.
 
     One row a midline point, along its normal; one an outline point, away from its ball's centre; and one a view without
     an outline, of the cap's centre along the catheter.

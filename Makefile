@@ -1,6 +1,8 @@
 # Everything sets itself up: a machine with Python 3.11 or newer, make and git is enough. `make` alone lists the targets.
 PYTHON ?= python3
 ARGS ?=
+# How many tests run at once: many of them wait for a live system most of their time.
+JOBS ?= 3
 BIN := .venv/bin
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help
@@ -16,7 +18,7 @@ test: set-up-dev ## linters, types, layers, the web client's tests, then pytest 
 	@sh tools/system_packages.sh
 	@$(MAKE) lint
 	$(BIN)/python tools/web_client.py test
-	@exec $(BIN)/pytest $(ARGS)
+	@exec $(BIN)/pytest -n $(JOBS) --dist loadgroup --no-loadscope-reorder $(ARGS)
 
 bench: set-up ## measure speed, latency and load; prints a table (ARGS="..." adds options)
 	@exec $(BIN)/cathxr bench $(ARGS)

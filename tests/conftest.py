@@ -20,6 +20,17 @@ settings.load_profile("ci" if UNDER_CI else "local")
 _NAMES = {"chromium": ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")}
 
 
+# Tests of these folders share what takes long to make, and so run in one process.
+_TOGETHER = ("calibration_check", "firmware", "server")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Let the tests of a file run in one process where several run at once (`make test` does so)."""
+    for item in items:
+        shared = [name for name in item.path.parent.parts if name in _TOGETHER]
+        item.add_marker(pytest.mark.xdist_group(shared[0] if shared else item.path.relative_to(ROOT).as_posix()))
+
+
 @pytest.fixture(scope="session")
 def repo_root() -> Path:
     """The root of this repository."""

@@ -16,7 +16,7 @@ from cathxr.storage.rig_file import example_rig
 from cathxr.twin import scene
 from cathxr.twin.board_pictures import BoardRenderer
 
-RIGS, VIEWS = 100, 15
+RIGS, VIEWS = 200, 15
 BOARD = "charuco:10x10:6.0:4.0:DICT_4X4_50"
 GROUPS = {"focal lengths": slice(0, 2), "centre": slice(2, 4), "k1 k2 k3": [4, 5, 8], "p1 p2": slice(6, 8)}
 _TEXELS_PER_SQUARE = 48

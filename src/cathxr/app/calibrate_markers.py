@@ -12,6 +12,7 @@ from cathxr.app.calibrate_markers_inputs import TakenPicture, live_pictures, rea
 from cathxr.app.calibrate_markers_report import Report, print_result
 from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.page_options import PageChoice, page_options
+from cathxr.app.patience import said_when_compiling
 from cathxr.calibration.pose_view import known_markers
 from cathxr.calibration.poses import PosesResult, calibrate_poses
 from cathxr.calibration.sighting import Sighting
@@ -83,7 +84,8 @@ def markers(
         return
     sheets = Report(folder)
     console = Console()
-    sightings = [_sighting(rig, name, taken, sheets) for name, taken in pictures.items()]
+    with said_when_compiling():
+        sightings = [_sighting(rig, name, taken, sheets) for name, taken in pictures.items()]
     result = _solved(rig, sightings, sheets)
     sheets.add_result(result)
     sheets.write()

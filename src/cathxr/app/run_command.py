@@ -5,7 +5,6 @@ import os
 import signal
 import sys
 import threading
-import time
 import webbrowser
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -17,6 +16,7 @@ import click
 from cathxr.app.config import Config
 from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.live_options import PATH, chosen_config, live_options
+from cathxr.app.patience import said_when_compiling
 from cathxr.core import CathxrError, Event, Track
 
 _POLL_S = 0.25
@@ -180,17 +180,11 @@ def prepare(rig: Any, method: str) -> None:
 
     # Each thread here is busy with its own camera: OpenCV's own threads would only take the cores from the others.
     cv2.setNumThreads(1)
-    said = threading.Timer(1.5, lambda: click.echo("Compiling the fast parts (about a minute, the first time only) …"))
-    said.daemon = True
-    said.start()
-    begun_s = time.monotonic()
-    warm_up(rig, method=method)
-    said.cancel()
+    with said_when_compiling():
+        warm_up(rig, method=method)
     # What is loaded now stays: the collector need not walk through it again and again while Tracks wait.
     gc.collect()
     gc.freeze()
-    if said.finished.is_set() and time.monotonic() - begun_s > 10.0:
-        click.echo(f"Compiled in {time.monotonic() - begun_s:.0f} s; the next start takes a second or two.")
 
 
 def _truth_event(truth: Track) -> Event:

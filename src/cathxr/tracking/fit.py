@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cathxr.core import Detection, FloatArray
 from cathxr.geometry import CameraModel, arc_length
-from cathxr.tracking.fit_kernels import gauss_newton, misfit, packed
+from cathxr.tracking.fit_kernels import end_residuals, gauss_newton, misfit, packed
 from cathxr.tracking.spline import CubicBasis
 
 _SPAN_MM = 7.0
@@ -23,6 +24,11 @@ _JERK_SIGMA = 0.004
 """Standard deviation, per mm^2, of the change of curvature along a catheter, over one span: a bend of 20 mm radius that
 sets in within 12 mm changes at 0.004."""
 _START_MM = 0.5
+LEAST_OUTLINE = 7
+"""Fewer points of the end's outline than this do not say where it is."""
+_NO_PART_PX = 1e4
+_NEAR_RADII = 8.0
+"""The outline of the end is mostly made by this much of the catheter's end, which is sampled more finely."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +37,8 @@ class CurveFit:
 
     control (n, 3) mm; information (3n, 3n) per mm^2 of the control points, point by point: its inverse is their
     covariance from pixel noise and prior; rms_px: of all residuals along the normals; tip_gap_px: largest distance of
-    the ends from the projected end.
+    the ends from the projected end, of views without an outline; ends_off_px: for each view, how far each point of its
+    end's outline lies outside the fitted tube's silhouette; caps: whether it is the rounded end's.
     """
 
     basis: CubicBasis
@@ -39,6 +46,8 @@ class CurveFit:
     information: FloatArray
     rms_px: float
     tip_gap_px: float
+    ends_off_px: tuple[FloatArray, ...] = ()
+    caps: tuple[NDArray[np.bool_], ...] = ()
 
     def points(self, at: FloatArray) -> FloatArray:
         """Return curve points (N, 3) mm at parameters (N,)."""
@@ -64,12 +73,19 @@ def camera_table(cameras: Sequence[CameraModel]) -> FloatArray:
 
 
 def fit_curve(
-    table: FloatArray, detections: Sequence[Detection], start: FloatArray, starts_at: Sequence[FloatArray]
+    table: FloatArray,
+    detections: Sequence[Detection],
+    start: FloatArray,
+    starts_at: Sequence[FloatArray],
+    *,
+    radius_mm: float,
+    without_end: int | None = None,
 ) -> CurveFit:
     """Return the curve fitted to two or more views.
 
     table: see `camera_table`. start (M, 3) mm: a first guess of the curve, cap centre first; starts_at: for each view
     the parameter in [0, 1] (arc fraction of `start`) of each point, negative where it has no part in the guess.
+    radius_mm: of the catheter. without_end: a view whose end's outline has no part.
     """
     along = arc_length(start)
     length = float(along[-1])
@@ -86,11 +102,42 @@ def fit_curve(
     ends = [_end(each) for each in detections]
     tip_along = np.stack([along for along, _ in ends])
     tip_sigma = np.array([spread for _, spread in ends])
-    control, information = gauss_newton(
-        basis.spans, first, prior, table, at, view, curve, normal, sigma, tip_along, tip_sigma, _ITERATIONS
+    half = np.concatenate([each.half_width_px for each in detections])
+    end = np.concatenate([each.end_px for each in detections])
+    end_sigma = np.concatenate([each.end_sigma_px for each in detections])
+    end_view = np.repeat(np.arange(len(detections)), [len(each.end_px) for each in detections])
+    if without_end is not None:
+        end_sigma = np.where(end_view == without_end, _NO_PART_PX, end_sigma)
+    outlined = np.array([len(each.end_px) >= LEAST_OUTLINE for each in detections])
+    end_at = np.zeros(len(end))
+    reach = min(0.5, _NEAR_RADII * radius_mm / length)
+    control, information, balls = gauss_newton(
+        basis.spans,
+        first,
+        prior,
+        table,
+        at,
+        view,
+        curve,
+        normal,
+        sigma,
+        half,
+        end_at,
+        end_view,
+        end,
+        end_sigma,
+        tip_along,
+        tip_sigma,
+        outlined,
+        radius_mm,
+        reach,
+        _ITERATIONS,
     )
     rms, gap = misfit(basis.spans, control, table, at, view, curve, normal)
-    return CurveFit(basis, control, information, float(rms), float(gap))
+    off = end_residuals(basis.spans, control, table, end_at, end_view, end, balls)
+    ends_off = tuple(off[end_view == which] for which in range(len(detections)))
+    caps = tuple((end_at <= 0.0)[end_view == which] for which in range(len(detections)))
+    return CurveFit(basis, control, information, float(rms), float(gap), ends_off, caps)
 
 
 def _end(detection: Detection) -> tuple[FloatArray, float]:

@@ -3,12 +3,12 @@
 import numpy as np
 
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
-from cathxr.geometry import CameraModel, nearest_to_rays, resampled, tip_pose
+from cathxr.geometry import CameraModel, resampled, tip_pose
 from cathxr.geometry.calibration_error import camera_errors, point_covariance
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
-from cathxr.tracking.fit import CurveFit, camera_table, fit_curve
-from cathxr.tracking.matching import match, ray_distances
+from cathxr.tracking.fit import CurveFit, camera_table
+from cathxr.tracking.solve import RESOLVED_MM, Solution, solved
 
 _DENSE = 240
 _HIDDEN_MM = 25.0
@@ -16,10 +16,6 @@ _HIDDEN_MM = 25.0
 _ALIGNED = 0.25
 """Least cosine between the beginning's direction and the insertion axis for extrapolating the entry."""
 _LONGEST_FOLD_MM = 5.0
-_MATCH_SIGMA_MM = 0.25
-_CORRELATION = 1.1
-"""Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of
-sigma. With it, and no calibration error, error / sigma is about 0.8 on the twin's smooth, noisy and faint scenes."""
 
 
 class ModelTracker:
@@ -57,55 +53,38 @@ class ModelTracker:
         result = self._solved(detections)
         if isinstance(result, str):
             return self._continuity.lost(observation, result)
-        shape, sigma = result
+        solution, shape = result
         roll = observation.roll_rad
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
-        pose = tip_pose(shape, zero_direction=self._zero, roll_rad=turn)
-        return self._continuity.tracked(
-            Track(
-                seq=observation.seq,
-                t_ns=observation.t_ns,
-                status=Status.TRACKED,
-                shape_box=resampled(shape, self._points),
-                box_from_tip=pose,
-                roll_rad=roll,
-                roll_predicted=observation.roll_predicted,
-                sigma_mm=sigma,
-            )
+        calibration = point_covariance(self._errors, solution.fit.points(np.zeros(1))[0])
+        reason = ""
+        if solution.sigma_mm > RESOLVED_MM:
+            reason = "the tip is not resolved in both views"
+        elif solution.doubtful is not None and not self._continuity.near(observation.t_ns, shape[0]):
+            reason = f"something may lie at the tip ({solution.doubtful})"
+        track = Track(
+            seq=observation.seq,
+            t_ns=observation.t_ns,
+            status=Status.COASTING if reason else Status.TRACKED,
+            reason=reason,
+            shape_box=resampled(shape, self._points),
+            box_from_tip=tip_pose(shape, zero_direction=self._zero, roll_rad=turn),
+            roll_rad=roll,
+            roll_predicted=observation.roll_predicted,
+            sigma_mm=float(np.hypot(solution.sigma_mm, np.sqrt(np.trace(calibration)))),
         )
+        return track if reason else self._continuity.tracked(track)
 
-    def _solved(self, detections: list[Detection]) -> tuple[FloatArray, float] | str:
-        """Return the centreline (N, 3) mm, tip first, with sigma_mm, or why there is none."""
-        try:
-            rays = [camera.ray(each.curve_px) for camera, each in zip(self._cameras, detections, strict=True)]
-        except ValueError:
-            return "the catheter lies where the lens model does not hold"
-        origins = [camera.centre_box for camera in self._cameras]
-        distance = ray_distances(origins[0], rays[0], origins[1], rays[1])
-        matching = match(distance, _MATCH_SIGMA_MM)
-        pairs = matching.pairs
-        if len(pairs) < 4:
-            return "too little of the catheter is seen"
-        start = nearest_to_rays(np.stack(origins), np.stack([rays[0][pairs[:, 0]], rays[1][pairs[:, 1]]]))
-        if not self._in_front(start):
-            return "the two views disagree"
-        start, fraction = _thinned(start)
-        starts_at = [_parameters(pairs[:, view], fraction, len(each.curve_px)) for view, each in enumerate(detections)]
-        fit = fit_curve(self._table, detections, start, starts_at)
-        width = 2.0 * min(float(np.median(each.half_width_px)) for each in detections)
-        if (
-            not np.isfinite(fit.control).all()
-            or fit.rms_px > max(2.0, 0.3 * width)
-            or fit.tip_gap_px > max(4.0, 0.6 * width)
-        ):
-            return f"the two views disagree by {min(max(fit.rms_px, fit.tip_gap_px), 9999.0):.1f} px"
+    def _solved(self, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
+        """Return the fit and its centreline (N, 3) mm, tip first, or why there is none."""
+        solution = solved(self._cameras, self._table, detections, radius_mm=self._radius)
+        if isinstance(solution, str):
+            return solution
+        fit = solution.fit
         shape = self._shape(fit)
         if isinstance(shape, str):
             return shape
-        return shape, self._sigma_mm(fit)
-
-    def _in_front(self, points: FloatArray) -> bool:
-        return all(bool((camera.to_camera(points)[:, 2] > 1.0).all()) for camera in self._cameras)
+        return solution, shape
 
     def _shape(self, fit: CurveFit) -> FloatArray | str:
         """Return the curve (N, 3) mm from the tip (one radius beyond the cap's centre) to the entry at x = 0."""
@@ -134,40 +113,6 @@ class ModelTracker:
         if np.linalg.norm(dense[-1] - dense[-2]) <= 1e-6:
             distinct[-2] = False
         return np.asarray(dense[distinct], dtype=np.float64)
-
-    def _sigma_mm(self, fit: CurveFit) -> float:
-        """Return the root of the trace of the tip's covariance: pictures, prior and calibration."""
-        zero = np.zeros(1)
-        value, slope = fit.basis.values(zero)[0], fit.basis.slopes(zero)[0]
-        velocity = slope @ fit.control
-        speed = float(np.linalg.norm(velocity))
-        tangent = velocity / speed
-        turn = -(self._radius / speed) * (np.eye(3) - np.outer(tangent, tangent))
-        gain = np.kron(value, np.eye(3)) + np.kron(slope, turn)
-        pictures = fit.covariance_of(gain) * _CORRELATION**2
-        calibration = point_covariance(self._errors, value @ fit.control)
-        return float(np.sqrt(np.trace(pictures) + np.trace(calibration)))
-
-
-def _thinned(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (points without coincident neighbours, arc fraction of every given point), smoothed over neighbours.
-
-    A matching on a pixel grid zigzags by a sample; a mean over five removes that before lengths are measured.
-    """
-    kernel = np.ones(5) / 5.0
-    padded = np.vstack([2 * points[0] - points[2:0:-1], points, 2 * points[-1] - points[-2:-4:-1]])
-    smooth = np.stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(3)], axis=1)
-    steps = np.maximum(np.linalg.norm(np.diff(smooth, axis=0), axis=1), 1e-6)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    keep = np.concatenate([[True], steps > 1e-3])
-    return smooth[keep], along / along[-1]
-
-
-def _parameters(indices: np.ndarray[tuple[int], np.dtype[np.int64]], fraction: FloatArray, count: int) -> FloatArray:
-    """Return the mean arc fraction (count,) of each measured point of a view, -1 where the matching leaves it out."""
-    total = np.bincount(indices, weights=fraction, minlength=count)
-    times = np.bincount(indices, minlength=count)
-    return np.where(times > 0, total / np.maximum(times, 1), -1.0)
 
 
 def _unfolded(dense: FloatArray) -> FloatArray:

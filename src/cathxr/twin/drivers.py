@@ -21,7 +21,25 @@ _USUAL_RATE_HZ = 30.0
 _KNOWN = ("world", "seed", "scene", "settings", "rate_hz", "off_nominal", "start_ns", "stamp_error_s")
 
 
-class TwinCamera:
+class _TwinDevice:
+    """What both kinds of driver have: a world, a clock, and instants that come and may be missed."""
+
+    world: TwinWorld
+    _clock: Clock
+    _timed: Timed
+
+    @property
+    def losses(self) -> int:
+        """Pictures or reports that were dropped or came too late to be read, so far."""
+        return self._timed.losses
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._timed.stop()
+
+
+class TwinCamera(_TwinDevice):
     """A Source[Image]: one camera of the simulated box.
 
     options: `world`, a shared TwinWorld; or, for a world of its own, `seed` (0), `scene` (a name), `settings`
@@ -48,22 +66,12 @@ class TwinCamera:
         ready_ns = round(0.5e6 * (settings.exposure_ms + settings.readout_ms))
         self._timed = Timed(clock, origin_ns=self.world.start_ns + skew_ns, rate_hz=rate_hz, ready_ns=ready_ns)
 
-    @property
-    def losses(self) -> int:
-        """Pictures that were dropped or came too late to be read, so far."""
-        return self._timed.losses
-
     def __enter__(self) -> Self:
         self._renderer = self._renderer or CameraRenderer(self.world, self.camera)
         # The first picture compiles or loads the kernels: better now than late.
         self._renderer.picture(self.world.start_ns)
         self._timed.start()
         return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._timed.stop()
 
     def read(self, timeout_s: float) -> Image | None:
         """Return the next picture, or None when none came in time.
@@ -89,7 +97,7 @@ class TwinCamera:
         return bool(np.random.default_rng(entropy).uniform() < share)
 
 
-class TwinEncoder:
+class TwinEncoder(_TwinDevice):
     """A Source[Reading]: the roll encoder of the simulated box, counts after x4 decoding, through gears with some play.
 
     options as for `TwinCamera`; `rate_hz` unless given is the settings' encoder_rate_hz (200).
@@ -106,20 +114,10 @@ class TwinEncoder:
         self._timed = Timed(clock, origin_ns=self.world.start_ns, rate_hz=rate_hz, ready_ns=0)
         self._gears = Gears(self.world, rig.roll)
 
-    @property
-    def losses(self) -> int:
-        """Reports that came too late to be read, so far."""
-        return self._timed.losses
-
     def __enter__(self) -> Self:
         self._gears.reset()
         self._timed.start()
         return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._timed.stop()
 
     def read(self, timeout_s: float) -> Reading | None:
         """Return the next report, or None when none came in time.

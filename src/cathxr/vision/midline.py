@@ -5,11 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from cathxr.core import FloatArray
-from cathxr.vision.midline_kernels import SPACING_PX, cap_centre, end_line, measured_sections, smoothed
+from cathxr.vision.midline_kernels import SPACING_PX, cap_centre, end_line, end_outline, measured_sections, smoothed
 from cathxr.vision.segmentation import MatteArray
 
 _LEAST_SIGMA_PX = 0.02
 """Sampling and interpolation alone leave about this much, however clean the picture."""
+_LEAST_OUTLINE_PX = 0.05
+"""How well the outline of a small circle follows its ideal, however clean the picture."""
 _QUANTUM_PX = 1e-4
 """Measurements are rounded to this, far below their noise, so that recordings stay small and exact."""
 _LEAST_POINTS = 4
@@ -25,6 +27,8 @@ class Midline:
     half_width_px: FloatArray
     tip_px: FloatArray
     tip_sigma_px: float
+    end_px: FloatArray
+    end_sigma_px: FloatArray
 
 
 def measured(matte: MatteArray, path: FloatArray, width: float, plateau: float) -> Midline | None:
@@ -58,6 +62,7 @@ def _with_end(matte: MatteArray, points: FloatArray, normals: FloatArray, sectio
     residual = ((points - smoothed(points, 4)) * normals).sum(axis=1)
     sigma = max(_LEAST_SIGMA_PX, 1.4826 * float(np.median(np.abs(residual))) * 1.25)
     sigmas = sigma * np.sqrt(1.0 + np.square(residual / (3.0 * sigma)))
+    outline = end_outline(matte, centre, direction, radius, plateau, blur)
     return Midline(
         curve_px=_rounded(np.vstack([centre, points[::-1]])),
         normal_px=np.vstack([[-direction[1], direction[0]], normals[::-1]]),
@@ -65,6 +70,9 @@ def _with_end(matte: MatteArray, points: FloatArray, normals: FloatArray, sectio
         half_width_px=np.concatenate([[radius], 0.5 * sections[::-1, 1]]),
         tip_px=_rounded(centre + radius * direction),
         tip_sigma_px=float(np.hypot(spread, _LEAST_SIGMA_PX)),
+        end_px=_rounded(outline),
+        # a section's middle is the mean of two edges; neighbouring rays share pixels besides
+        end_sigma_px=np.full(len(outline), max(_LEAST_OUTLINE_PX, 2.0 * sigma)),
     )
 
 

@@ -63,6 +63,8 @@ class ModelDetector:
             half_width_px=found.half_width_px,
             tip_px=found.tip_px,
             tip_sigma_px=found.tip_sigma_px,
+            end_px=found.end_px,
+            end_sigma_px=found.end_sigma_px,
             repeats=repeats,
         )
 
@@ -216,4 +218,6 @@ def _shifted(line: Midline, corner: FloatArray) -> Midline:
         line.half_width_px,
         line.tip_px + corner,
         line.tip_sigma_px,
+        line.end_px + corner,
+        line.end_sigma_px,
     )

@@ -26,7 +26,7 @@ _SCALES_MM: Mapping[str, Sequence[float]] = {
 """Radii of the balls that feel out the body and then what leads away from it, wide before narrow."""
 _SHELL_MM = 1.6
 _LEAST_ML = 0.3
-_LONG = 1.6
+_LONG = 1.2
 
 
 def grouped(per_structure: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:

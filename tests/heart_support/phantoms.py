@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from cathxr.heart.anatomy import CATALOGUE
 from cathxr.heart.volume import Grid, LabelVolume, Technical, Volume
+
 from .pools import from_pools
 from .shapes import Distances, Points, Shape, any_of, box, ellipsoid, ring, tube
 
@@ -190,8 +191,12 @@ _WALLS_MM: Mapping[str, Mapping[str, float]] = {
     "superior_vena_cava": {"aorta": 2.0, "left_atrium": 2.0},
     "inferior_vena_cava": {"left_ventricle": 2.0, "right_ventricle": 2.0, "left_atrium": 2.0},
     "pulmonary_artery": {"right_ventricle": 1.6, "aorta": 2.5, "left_atrium": 2.5, "superior_vena_cava": 2.0},
-    "pulmonary_veins": {"aorta": 2.0, "pulmonary_artery": 2.0, "left_ventricle": 2.5, "right_atrium": 2.5, "superior_vena_cava": 2.5},
-    "left_atrial_appendage": {"pulmonary_artery": 2.5, "left_ventricle": 2.5, "right_ventricle": 2.5, "aorta": 2.5, "pulmonary_veins": 2.5},
+    "pulmonary_veins": {
+        "aorta": 2.0, "pulmonary_artery": 2.0, "left_ventricle": 2.5, "right_atrium": 2.5, "superior_vena_cava": 2.5,
+    },
+    "left_atrial_appendage": {
+        "pulmonary_artery": 2.5, "left_ventricle": 2.5, "right_ventricle": 2.5, "aorta": 2.5, "pulmonary_veins": 2.5,
+    },
 }  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from cathxr.core import FloatArray
 from cathxr.heart.anatomy import CATALOGUE
 from cathxr.heart.segmentation.model_heart import labelled_heart
 from cathxr.heart.volume import Grid, LabelVolume, Technical, Volume
+
 from .shapes import box, ellipsoid, tube
 
 _RIGHT = ("right_ventricle", "right_atrium", "pulmonary_artery", "superior_vena_cava", "inferior_vena_cava")

@@ -1,6 +1,7 @@
 """Signed distances (mm, negative within) of the bodies that phantoms are built of; points are float32 (N, 3)."""
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +34,7 @@ def tube(path: Sequence[Sequence[float]], radius: float) -> Shape:
 
     def distance(points: Points) -> Distances:
         nearest = np.full(len(points), np.inf, np.float32)
-        for start, end in zip(corners[:-1], corners[1:], strict=True):
+        for start, end in pairwise(corners):
             along = end - start
             share = np.clip((points - start) @ along / (along @ along), 0.0, 1.0)
             offset = points - start - share[:, None] * along

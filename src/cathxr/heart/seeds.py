@@ -48,7 +48,8 @@ def read_seeds(path: Path) -> tuple[Seed, ...]:
             columns = [each.strip() for each in reader.fieldnames or ()]
             if not set(_COLUMNS) <= set(columns) or not set(columns) <= {*_COLUMNS, _RADIUS}:
                 raise ConfigError(
-                    f"{path}: the first line must be {','.join(_COLUMNS)} and may add {_RADIUS}; it is {','.join(columns)!r}."
+                    f"{path}: the first line must be {','.join(_COLUMNS)} and may add {_RADIUS}; "
+                    f"it is {','.join(columns)!r}."
                 )
             reader.fieldnames = columns
             return tuple(_seed(row, path, reader.line_num) for row in reader)

@@ -16,7 +16,7 @@ STRUCTURES = tuple(key for key, each in CATALOGUE.items() if each.label <= 10)
 """What the atlas knows as blood, in the order of its distance maps."""
 CHAMBERS = STRUCTURES[:4]
 _RING_MM = 8.0
-_WALL_MM, _FADING_MM, _VESSEL_WEIGHT = 10.0, 15.0, 0.15
+_WALL_MM, _FADING_MM, _VESSEL_WEIGHT = 10.0, 15.0, 0.3
 _SPACING_MM = 2.0
 _FINE = 2
 _MARGIN_MM = 30.0
@@ -27,8 +27,8 @@ _FILE = "atlas.npz"
 class Atlas:
     """labels: the heart's voxels, upright. distances (S, K, J, I): mm to each of STRUCTURES, negative within it.
 
-    near (K, J, I): the heart and a ring about it, where the atlas says something. weight (K, J, I): how much it is to be
-    believed there; its vessels run more differently from one person to the next than its chambers.
+    near (K, J, I): the heart and a ring about it, where the atlas says something. weight (K, J, I): how much it is to
+    be believed there; its vessels run more differently from one person to the next than its chambers.
     """
 
     labels: LabelVolume

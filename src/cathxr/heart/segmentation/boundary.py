@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import SimpleITK as sitk  # noqa: N813
+import SimpleITK as sitk
 from scipy import ndimage
 from skimage.segmentation import watershed
 
@@ -28,7 +28,7 @@ class Levels:
 def local_blood(
     hu: npt.NDArray[np.float32], core: npt.NDArray[np.bool_], grid: Grid, otherwise_hu: float, reach_mm: float = 6.0
 ) -> npt.NDArray[np.float32]:
-    """Return the level HU of blood (K, J, I) about each voxel: the mean of the core near it, far from any `otherwise_hu`."""
+    """Return the level HU of blood (K, J, I) about each voxel: the mean of the core near it, else `otherwise_hu`."""
     sigma = reach_mm / grid.spacing_mm[::-1]
     weight = ndimage.gaussian_filter(core.astype(np.float32), sigma)
     total = ndimage.gaussian_filter(np.where(core, hu, np.float32(0.0)), sigma)
@@ -47,7 +47,7 @@ def share_of_blood(hu: npt.NDArray[np.int16], grid: Grid, levels: Levels) -> npt
 def best_two(
     probabilities: npt.NDArray[np.float32], coarse: Grid, grid: Grid
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-    """Return the likeliest structure's number from 1 (the last stands for none), and its lead over the second, 0 to 1."""
+    """Return the likeliest group's number from 1 (the last stands for none), and its lead over the second, 0 to 1."""
     best = np.zeros(grid.shape, np.uint8)
     first = np.full(grid.shape, -1.0, np.float32)
     second = np.full(grid.shape, -1.0, np.float32)
@@ -79,8 +79,8 @@ def labelled(
 ) -> npt.NDArray[np.uint8]:
     """Return the structure's number (K, J, I) of each voxel of the blood, 0 elsewhere.
 
-    What is certain stays; the rest is flooded from there, bright before dark and certain before doubtful, so that borders
-    come to lie in walls that partial volume has made pale, and elsewhere where the partition is undecided.
+    What is certain stays; the rest is flooded from there, bright before dark and certain before doubtful, so that
+    borders come to lie in walls that partial volume has made pale, and elsewhere where the partition is undecided.
     """
     certain = np.where(blood & (lead > _CERTAIN), best, 0).astype(np.int32)
     landscape = np.clip(1.0 - share, 0.0, 1.0) + 0.5 * (1.0 - lead)

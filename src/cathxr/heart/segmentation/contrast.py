@@ -34,8 +34,8 @@ class Thresholds:
 def thresholds(hu: npt.NDArray[np.float32], grid: Grid) -> Thresholds:
     """Return the levels, from a coarse upright copy of the volume (K, J, I), about 2 mm.
 
-    Tissue is the most frequent value between -20 and 160 HU. What is clearly brighter and thicker than 12 mm is blood or
-    spongy bone; the brightest such pieces are blood, for bone with contrast blood about it is darker than the blood.
+    Tissue is the most frequent value between -20 and 160 HU. What is clearly brighter and thicker than 12 mm is blood
+    or spongy bone; the brightest such pieces are blood, for bone with contrast blood about it is darker than the blood.
 
     Raises:
         DataError: nothing thick is brighter than tissue: the scan shows no contrast-filled blood.

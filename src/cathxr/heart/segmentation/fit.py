@@ -14,13 +14,14 @@ from cathxr.heart.volume import Grid
 _SCALES = (0.78, 0.88, 1.0, 1.12, 1.26)
 _SEARCH_MM = 6.0
 _BEST = 3
-_BLUR_MM = 2.0
+_AFFINE_BLURS_MM = (6.0, 3.0)
 _ARM_MM = 40.0
 _AFFINE_ROUNDS = 60
 _REGION_MM = 4.0
 _STEP_MM = 4.0
-_BENDING = ((16.0, 25), (10.0, 25), (7.0, 25))
-"""How the bending is smoothed after each step, mm, and how often: coarse first."""
+_EDGE_PER_MM = 0.03
+_BENDING = ((5.0, 24.0, 12), (3.5, 18.0, 12), (2.5, 13.0, 12))
+"""Blur of the pictures, smoothing of each step, mm, and number of steps: coarse first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,21 +56,32 @@ def looked_up(atlas_values: npt.NDArray[np.float32], index: npt.NDArray[np.float
 def fit_atlas(atlas: Atlas, blood: npt.NDArray[np.float32], grid: Grid, pairs: FloatArray | None = None) -> Fit:
     """Return how the atlas fits.
 
-    blood (K, J, I): share of blood, 0 to 1, on an upright grid of about 2 mm. pairs (N, 2, 3): points of the scan and of
-    the atlas, mm, that are to lie near each other (at least three start the search); None without.
+    blood (K, J, I): share of blood, 0 to 1, on an upright grid of about 2 mm. pairs (N, 2, 3): points of the scan and
+    of the atlas, mm, that are to lie near each other (at least three start the search); None without.
 
     Raises:
         DataError: nothing in the scan looks like a heart.
     """
     starts = _starts(atlas, blood, grid) if pairs is None or len(pairs) < 3 else [_start_of(pairs)]
-    image = ndimage.gaussian_filter(blood, _BLUR_MM / grid.spacing_mm[0]).astype(np.float32)
-    fitted = [_affine(atlas, image, grid, start) for start in starts]
-    best, cost = min(fitted, key=lambda each: each[1])
+    best, cost = starts[0], np.inf
+    for blur in _AFFINE_BLURS_MM:
+        image = _blurred(blood, grid, blur)
+        fitted = [_affine(atlas, image, grid, start, blur) for start in starts]
+        best, cost = min(fitted, key=lambda each: each[1])
+        starts = [best]
     region = _region(atlas, grid, best)
-    coarse = ndimage.map_coordinates(
-        image, np.moveaxis(grid.to_voxel(grid_points(region)), -1, 0)[::-1], order=1, mode="constant"
-    )
-    return Fit(_bent(atlas, coarse, region, np.linalg.inv(best)), region, cost)
+    index = np.moveaxis(grid.to_voxel(grid_points(region)), -1, 0)[::-1]
+    places = grid_points(region) @ np.linalg.inv(best)[:3, :3].T + np.linalg.inv(best)[:3, 3]
+    bent = np.moveaxis(places, -1, 0).astype(np.float32)
+    for blur, smoothing, rounds in _BENDING:
+        coarse = ndimage.map_coordinates(_blurred(blood, grid, blur), index, order=1, mode="constant")
+        bent = _bent(atlas, coarse, region, bent, (blur, smoothing, rounds))
+    return Fit(bent, region, float(cost))
+
+
+def _blurred(values: npt.NDArray[np.float32], grid: Grid, blur_mm: float) -> npt.NDArray[np.float32]:
+    """Return the values (K, J, I) smoothed by a Gaussian of this standard deviation."""
+    return np.asarray(ndimage.gaussian_filter(values, blur_mm / grid.spacing_mm[::-1], output=np.float32))
 
 
 def _starts(atlas: Atlas, blood: npt.NDArray[np.float32], grid: Grid) -> list[FloatArray]:
@@ -80,18 +92,19 @@ def _starts(atlas: Atlas, blood: npt.NDArray[np.float32], grid: Grid) -> list[Fl
         template, weight, centre = _template(atlas, _SEARCH_MM / scale)
         score = _correlation(coarse, template, weight)
         for _ in range(2):
-            at = np.unravel_index(int(score.argmax()), score.shape)
-            found.append((float(score[at]), scale, np.array(at, float), centre))
-            around = tuple(slice(max(int(index) - 4, 0), int(index) + 5) for index in at)
+            at = [int(index) for index in np.unravel_index(int(score.argmax()), score.shape)]
+            found.append((float(score[tuple(at)]), scale, np.array(at, float), centre))
+            around = tuple(slice(max(index - 4, 0), index + 5) for index in at)
             score[around] = -1.0
     found.sort(key=lambda each: -each[0])
     if not found or found[0][0] < 0.2:
         raise DataError(
-            "Nothing in the scan looks like a contrast-filled heart; give a scan of the heart, or a ready mask with --labels."
+            "Nothing in the scan looks like a contrast-filled heart; "
+            "give a scan of the heart, or a ready mask with --labels."
         )
     starts = []
-    for _, scale, at, centre in found[:_BEST]:
-        place = grid.to_ct(at[::-1] * _SEARCH_MM / grid.spacing_mm[0])
+    for _, scale, voxel, centre in found[:_BEST]:
+        place = grid.to_ct(voxel[::-1] * _SEARCH_MM / grid.spacing_mm[0])
         starts.append(_matrix(np.eye(3) * scale, centre, place))
     return starts
 
@@ -105,9 +118,7 @@ def _at_spacing(blood: npt.NDArray[np.float32], spacing_mm: float) -> npt.NDArra
     return np.asarray(ndimage.map_coordinates(smooth, index, order=1, mode="nearest"), np.float32)
 
 
-def _template(
-    atlas: Atlas, spacing_mm: float
-) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], FloatArray]:
+def _template(atlas: Atlas, spacing_mm: float) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32], FloatArray]:
     """Return the atlas's blood and where it counts, on `spacing_mm` of its own, and its middle voxel's place mm."""
     own = atlas.labels.grid
     low, high = own.to_ct(np.zeros(3)), own.to_ct(np.asarray(own.shape[::-1]) - 1.0)
@@ -175,7 +186,9 @@ def _region(atlas: Atlas, grid: Grid, scan_from_atlas: FloatArray) -> Grid:
     return upright_at(low, np.maximum(np.floor((high - low) / _REGION_MM).astype(int) + 1, 2), _REGION_MM)
 
 
-def _affine(atlas: Atlas, image: npt.NDArray[np.float32], grid: Grid, start: FloatArray) -> tuple[FloatArray, float]:
+def _affine(
+    atlas: Atlas, image: npt.NDArray[np.float32], grid: Grid, start: FloatArray, blur_mm: float
+) -> tuple[FloatArray, float]:
     """Return the affine transform (4, 4) from atlas to scan, and the mean squared difference of the two blood pools.
 
     Levenberg-Marquardt on the differences at the atlas's voxels, every second along each axis.
@@ -185,7 +198,7 @@ def _affine(atlas: Atlas, image: npt.NDArray[np.float32], grid: Grid, start: Flo
     near = atlas.near[some]
     k, j, i = np.nonzero(near)
     points = own.to_ct(2.0 * np.stack([i, j, k], axis=-1))
-    wanted = ndimage.gaussian_filter(atlas.blood.astype(np.float32), _BLUR_MM / own.spacing_mm[0])[some][near]
+    wanted = _blurred(atlas.blood.astype(np.float32), own, blur_mm)[some][near]
     weight = atlas.weight[some][near]
     middle = points.mean(axis=0)
     basis = np.column_stack([(points - middle) / _ARM_MM, np.ones(len(points))])
@@ -225,30 +238,34 @@ def _affine(atlas: Atlas, image: npt.NDArray[np.float32], grid: Grid, start: Flo
 
 
 def _bent(
-    atlas: Atlas, image: npt.NDArray[np.float32], grid: Grid, atlas_from_scan: FloatArray
+    atlas: Atlas,
+    image: npt.NDArray[np.float32],
+    grid: Grid,
+    places: npt.NDArray[np.float32],
+    level: tuple[float, float, int],
 ) -> npt.NDArray[np.float32]:
-    """Return each voxel's place (3, K, J, I) mm in the atlas after a smooth bending, in the order x, y, z.
+    """Return each voxel's place (3, K, J, I) mm in the atlas, in the order x, y, z, bent further from `places`.
 
-    Thirion's demons ("Image matching as a diffusion process", 1998) from the affine fit, forces weighted by how much the
-    atlas is to be believed there, the bending smoothed more at first.
+    level: blur mm of both pictures, smoothing mm of each step, number of steps. Thirion's demons ("Image matching as a
+    diffusion process", 1998), forces weighted by how much the atlas is to be believed where they act.
     """
+    blur_mm, smoothing_mm, rounds = level
     own = atlas.labels.grid
-    blur = ndimage.gaussian_filter(atlas.blood.astype(np.float32), _BLUR_MM / own.spacing_mm[0])
+    blur = _blurred(atlas.blood.astype(np.float32), own, blur_mm)
     slopes = [np.asarray(each, np.float32) for each in np.gradient(blur, own.spacing_mm[0])][::-1]
-    places = grid_points(grid) @ atlas_from_scan[:3, :3].T + atlas_from_scan[:3, 3]
-    places = np.moveaxis(places, -1, 0).astype(np.float32)
-    bending = np.zeros_like(places)
     origin = own.ct_from_voxel[:3, 3].astype(np.float32)[:, None, None, None]
     spacing = np.float32(own.spacing_mm[0])
-    weights = atlas.weight.astype(np.float32) * atlas.near
-    for smoothing_mm, rounds in _BENDING:
-        sigma = (0.0, *(smoothing_mm / grid.spacing_mm[::-1]))
-        for _ in range(rounds):
-            index = ((places + bending - origin) / spacing)[::-1]
-            difference = ndimage.map_coordinates(blur, index, order=1) - image
-            slope = np.stack([ndimage.map_coordinates(each, index, order=1) for each in slopes])
-            weight = ndimage.map_coordinates(weights, index, order=1)
-            scale = (slope**2).sum(axis=0) + (difference / _STEP_MM) ** 2 + 1e-5
-            bending -= weight * difference / scale * slope
-            bending = ndimage.gaussian_filter(bending, sigma)
-    return np.asarray(places + bending)
+    weights = atlas.weight * atlas.near
+    sigma = smoothing_mm / grid.spacing_mm[::-1]
+    for _ in range(rounds):
+        index = ((places - origin) / spacing)[::-1]
+        difference = ndimage.map_coordinates(blur, index, order=1) - image
+        slope = np.stack([ndimage.map_coordinates(each, index, order=1) for each in slopes])
+        weight = ndimage.map_coordinates(weights, index, order=1)
+        strength = (slope**2).sum(axis=0)
+        force = weight * difference * slope / (strength + (difference / _STEP_MM) ** 2 + 1e-5)
+        # Averaged over where there are edges at all: the flat insides of the pools must not thin the step.
+        edges = weight * strength / (strength + _EDGE_PER_MM**2)
+        total = ndimage.gaussian_filter(edges, sigma) + 0.02
+        places = places - np.stack([ndimage.gaussian_filter(each, sigma) for each in force]) / total
+    return places

@@ -1,11 +1,10 @@
 """Between arrays on a Grid and SimpleITK's images; upright, coarser copies of a volume to reason on."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import SimpleITK as sitk  # noqa: N813
+import SimpleITK as sitk
 
 from cathxr.core import FloatArray
 from cathxr.heart.volume import Grid
@@ -76,7 +75,7 @@ def cropped(grid: Grid, box: tuple[slice, ...]) -> Grid:
     """Return the grid of the voxels in `box` (slices along k, j and i)."""
     matrix = grid.ct_from_voxel.copy()
     matrix[:3, 3] = grid.to_ct(np.array([box[2].start, box[1].start, box[0].start], float))
-    return Grid(tuple(each.stop - each.start for each in box), matrix)  # type: ignore[arg-type]
+    return Grid(tuple(each.stop - each.start for each in box), matrix)
 
 
 def box_of(mask: npt.NDArray[np.bool_], margin: int = 0) -> tuple[slice, ...]:
@@ -86,8 +85,6 @@ def box_of(mask: npt.NDArray[np.bool_], margin: int = 0) -> tuple[slice, ...]:
         found = np.flatnonzero(mask.any(axis=tuple(other for other in range(mask.ndim) if other != axis)))
         spans.append(slice(max(int(found[0]) - margin, 0), min(int(found[-1]) + 1 + margin, mask.shape[axis])))
     return tuple(spans)
-
-
 
 
 def grid_points(grid: Grid) -> FloatArray:

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -96,7 +97,8 @@ def _hull(points: FloatArray) -> Surface:
 
     hull = ConvexHull(points)
     triangles = hull.simplices.astype(np.int64)
-    normals = np.cross(points[triangles[:, 1]] - points[triangles[:, 0]], points[triangles[:, 2]] - points[triangles[:, 0]])
+    first, second, third = (points[triangles[:, corner]] for corner in range(3))
+    normals = np.cross(second - first, third - first)
     inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0.0
     triangles[inward] = triangles[inward][:, ::-1]
     return Surface(points, triangles)
@@ -112,8 +114,8 @@ def _carry_on_trunk(
     direction = direction / np.linalg.norm(direction)
     end = far.mean(axis=0)
     radius = 13.0 if key == "aorta" else 11.5
-    # The aorta rises; the pulmonary trunk goes backwards to where it forks below the arch.
-    towards = direction + (np.array([0.0, -0.2, 1.6]) if key == "aorta" else np.array([-0.1, 1.2, 0.2]))
+    # The aorta rises, a little to the left; the pulmonary trunk goes backwards to where it forks below the arch.
+    towards = np.array([0.2, 0.0, 1.0]) if key == "aorta" else direction + np.array([-0.1, 1.2, 0.2])
     tip = end + _TRUNK_MM[key] * towards / np.linalg.norm(towards)
     _lay_tube(labels, grid, CATALOGUE[key].label, (valve[0] + 6.0 * direction, end, tip), radius)
     if key == "pulmonary_artery":
@@ -134,7 +136,7 @@ def _lay_tube(
     k, j, i = np.meshgrid(*(np.arange(each.start, each.stop) for each in box), indexing="ij")
     points = grid.to_ct(np.stack([i, j, k], axis=-1))
     nearest = np.full(points.shape[:3], np.inf)
-    for start, end in zip(path[:-1], path[1:], strict=True):
+    for start, end in pairwise(path):
         along = end - start
         share = np.clip((points - start) @ along / (along @ along), 0.0, 1.0)
         nearest = np.minimum(nearest, np.linalg.norm(points - start - share[..., None] * along, axis=-1))
@@ -190,9 +192,7 @@ def _open_valves(labels: npt.NDArray[np.uint8], grid: Grid) -> None:
         labels[gap & (reach[0] >= reach[1])] = CATALOGUE[ventricle].label
 
 
-def _between(
-    blood: npt.NDArray[np.bool_], walls: npt.NDArray[np.bool_], spacing_mm: float
-) -> npt.NDArray[np.bool_]:
+def _between(blood: npt.NDArray[np.bool_], walls: npt.NDArray[np.bool_], spacing_mm: float) -> npt.NDArray[np.bool_]:
     """Return the narrow gaps between pools and walls, and the walls of the vessels that were carried on."""
     box = _box_of(blood | walls, math.ceil(2.0 * _GAP_MM / spacing_mm) + 1)
     between = np.zeros_like(blood)

@@ -10,21 +10,26 @@ from scipy import ndimage
 from cathxr.core import DataError, FloatArray
 from cathxr.heart.anatomy import CATALOGUE
 from cathxr.heart.seeds import NOTHING, Seed
-from cathxr.heart.segmentation.atlas import CHAMBERS, Atlas, load_atlas
+from cathxr.heart.segmentation.atlas import CHAMBERS, STRUCTURES, Atlas, load_atlas
 from cathxr.heart.segmentation.boundary import Levels, best_two, labelled, local_blood, metal, share_of_blood
 from cathxr.heart.segmentation.contrast import Thresholds, thresholds
 from cathxr.heart.segmentation.findings import judged
 from cathxr.heart.segmentation.fit import Fit, fit_atlas, looked_up
-from cathxr.heart.segmentation.images import box_of, cropped, to_image, resampled, upright
-from cathxr.heart.segmentation.partition import Pinned, beliefs, spread, walks
+from cathxr.heart.segmentation.images import box_of, cropped, resampled, to_image, upright
+from cathxr.heart.segmentation.partition import Pinned, beliefs, flooded, largest_pieces, pulls, rival, spread, walks
 from cathxr.heart.segmentation.tidy import obeyed, tidied
-from cathxr.heart.segmentation.vessels import GROUPS, grouped, split
+from cathxr.heart.segmentation.vessels import GROUPS, SPRING_FROM, SPRINGS, grouped, outflows, split
 from cathxr.heart.volume import Grid, LabelVolume, Progress, Volume, silent
 
 _SEARCH_MM, _WORK_MM = 2.0, 1.5
-_REACH_MM = 14.0
+_REACH_MM = 35.0
+"""How far from the atlas's chambers vessels are followed."""
+_BEHIND_MM, _THICK_MM = 6.0, 5.0
+_VESSEL_RADIUS_MM = 2.5
+_SEED_REACH_MM = 14.0
 _NODE_SHARE = 0.35
 _SEED_MM = 2.0
+_SEED_BOX_MM = np.array([[-9.0], [9.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +72,9 @@ def segment(volume: Volume, *, seeds: Sequence[Seed] = (), progress: Progress = 
     progress("Telling the chambers apart", 0.35)
     part = _partition(volume, atlas, fit, levels, seeds)
     progress("Drawing the boundaries", 0.6)
-    labels, share = _drawn(volume, part, levels, seeds)
+    labels = _drawn(volume, part, levels, seeds)
     progress("Checking what was found", 0.9)
-    return _judged(volume, labels, share, fit, levels)
+    return _judged(volume, labels, fit, levels, [seed.structure for seed in seeds])
 
 
 def _check(volume: Volume, seeds: Sequence[Seed]) -> None:
@@ -84,11 +89,13 @@ def _check(volume: Volume, seeds: Sequence[Seed]) -> None:
         voxel = volume.grid.to_voxel(seed.position_mm)
         if (voxel < -0.5).any() or (voxel > np.asarray(volume.grid.shape[::-1]) - 0.5).any():
             where = ", ".join(f"{value:.1f}" for value in seed.position_mm)
-            raise DataError(f"The seed of {seed.structure} at ({where}) mm lies outside the scan; correct or remove it.")
+            raise DataError(
+                f"The seed of {seed.structure} at ({where}) mm lies outside the scan; correct or remove it."
+            )
 
 
 def _pairs(atlas: Atlas, seeds: Sequence[Seed]) -> FloatArray | None:
-    """Return pairs (N, 2, 3) of a structure's mean seed and its middle in the atlas, where three or more chambers have one."""
+    """Return pairs (N, 2, 3) of a chamber's mean seed and its middle in the atlas; None with fewer than three."""
     pairs = []
     for key in CHAMBERS:
         points = [np.asarray(seed.position_mm) for seed in seeds if seed.structure == key]
@@ -103,22 +110,34 @@ def _partition(volume: Volume, atlas: Atlas, fit: Fit, levels: Thresholds, seeds
     hu, grid = _about(volume, fit, seeds)
     index = fit.index_in(atlas.labels.grid, grid)
     distances = np.stack([looked_up(each, index) for each in atlas.distances])
-    reached = distances.min(axis=0) < _REACH_MM
+    reached = distances[: len(CHAMBERS)].min(axis=0) < _REACH_MM
     for seed in seeds:
-        reached |= _ball(grid, seed.position_mm, _REACH_MM)
+        reached |= _ball(grid, seed.position_mm, _SEED_REACH_MM)
     muscle = _muscle(hu, looked_up((atlas.labels.labels == 11).astype(np.float32), index), levels)
     core = _core(hu, levels, muscle)
     blood = local_blood(hu, core & reached, grid, levels.blood_hu)
     share = ((hu - muscle) / np.maximum(blood - muscle, 20.0)).astype(np.float32)
-    nodes = reached & (share > _NODE_SHARE) & (hu < levels.metal_hu)
-    if nodes.sum() * grid.voxel_ml < 20.0:
+    bright = reached & (share > _NODE_SHARE)
+    if bright.sum() * grid.voxel_ml < 20.0:
         raise DataError(
             "Where the heart should be there is hardly any contrast-filled blood; give a contrast-enhanced phase."
         )
     groups = grouped(distances)
-    found = walks(share, nodes, beliefs(groups[:, nodes]), _pinned(seeds, grid))
+    prior = beliefs(groups[:, bright])
+    to_own = distances[[STRUCTURES.index(key) for key in SPRING_FROM.values()]][:, bright]
+    pull, believed = pulls(prior, to_own, len(CHAMBERS))
+    pinned = _pinned(seeds, grid)
+    nodes = np.zeros_like(bright)
+    nodes[bright] = believed
+    for pin in pinned:
+        nodes.ravel()[pin.voxels] = bright.ravel()[pin.voxels]
+    believed = nodes[bright]
+    found = walks(share, nodes, prior[:, believed], pull[believed], pinned)
+    nodes, found = _followed(share, nodes, found, bright, pinned, grid)
     likely = spread(found, nodes)
     owner = np.where(nodes & (share > 0.5), likely.argmax(axis=0), len(GROUPS))
+    likely = outflows(likely, owner, distances, grid)
+    owner = np.where(owner < len(GROUPS), likely.argmax(axis=0), len(GROUPS))
     inner = np.zeros(grid.shape, np.uint8)
     for number, key in enumerate(GROUPS):
         for member, part in split(owner == number, key, distances, grid).items():
@@ -129,11 +148,47 @@ def _partition(volume: Volume, atlas: Atlas, fit: Fit, levels: Thresholds, seeds
     return _Partition(likely, inner, grid, Levels(blood, muscle, grid))
 
 
+def _followed(
+    share: npt.NDArray[np.float32],
+    nodes: npt.NDArray[np.bool_],
+    found: npt.NDArray[np.float32],
+    bright: npt.NDArray[np.bool_],
+    pinned: Sequence[Pinned],
+    grid: Grid,
+) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.float32]]:
+    """Return the nodes (K, J, I) and probabilities (G + 1, N) with the vessels followed away from the heart."""
+    sure = largest_pieces(share, nodes, found)
+    for pin in pinned:
+        sure.ravel()[pin.voxels] = nodes.ravel()[pin.voxels]
+    outside = _behind(nodes, found, bright, grid) & ~nodes
+    radius = _VESSEL_RADIUS_MM / _WORK_MM
+    further, likely = flooded(share, sure, found[:, sure[nodes]], outside, bright & ~sure, radius)
+    loser = rival(share, further, likely, SPRINGS)
+    if loser is not None and not any(pin.group == loser for pin in pinned):
+        # Its root was taken for a piece of the other's: without it, it is found as what leads out of its ventricle.
+        sure[sure] = found[:, sure[nodes]].argmax(axis=0) != loser
+        further, likely = flooded(share, sure, found[:, sure[nodes]], outside, bright & ~sure, radius)
+    return further, likely
+
+
+def _behind(
+    nodes: npt.NDArray[np.bool_], found: npt.NDArray[np.float32], bright: npt.NDArray[np.bool_], grid: Grid
+) -> npt.NDArray[np.bool_]:
+    """Return where (K, J, I) thick bright things lie behind the left atrium: the descending aorta, the spine."""
+    atrium = np.zeros(nodes.shape, bool)
+    atrium[nodes] = found.argmax(axis=0) == list(GROUPS).index("left_atrium")
+    if not atrium.any():
+        return atrium
+    back = np.quantile(np.nonzero(atrium)[1], 0.99) + _BEHIND_MM / grid.spacing_mm[1]
+    thick = ndimage.distance_transform_edt(bright, sampling=grid.spacing_mm[::-1]) > _THICK_MM
+    return np.asarray(thick & (np.arange(nodes.shape[1])[:, None] > back))
+
+
 def _about(volume: Volume, fit: Fit, seeds: Sequence[Seed]) -> tuple[npt.NDArray[np.float32], Grid]:
     """Return the HU on an upright grid of 1.5 mm about the fitted atlas and the seeds."""
     hu, whole = upright(volume.hu, volume.grid, _WORK_MM)
     corners = fit.grid.to_ct([np.zeros(3), np.asarray(fit.grid.shape[::-1]) - 1.0])
-    points = np.concatenate([corners, *(np.asarray(seed.position_mm) + [[-9.0], [9.0]] for seed in seeds)])
+    points = np.concatenate([corners, *(seed.position_mm + _SEED_BOX_MM for seed in seeds)])
     last = np.asarray(whole.shape[::-1]) - 1
     low = np.clip(np.floor(whole.to_voxel(points.min(axis=0))), 0, last).astype(int)
     high = np.clip(np.ceil(whole.to_voxel(points.max(axis=0))), 0, last).astype(int)
@@ -155,7 +210,7 @@ def _core(hu: npt.NDArray[np.float32], levels: Thresholds, muscle: float) -> npt
     return np.asarray(ndimage.binary_erosion(bright, ndimage.generate_binary_structure(3, 3)))
 
 
-def _ball(grid: Grid, centre_mm: FloatArray, radius_mm: float) -> npt.NDArray[np.bool_]:
+def _ball(grid: Grid, centre_mm: Sequence[float], radius_mm: float) -> npt.NDArray[np.bool_]:
     """Return which voxels' centres (K, J, I) lie within a ball; at least the voxel that holds the centre."""
     mask = np.zeros(grid.shape, bool)
     middle = grid.to_voxel(centre_mm)
@@ -186,10 +241,8 @@ def _pinned(seeds: Sequence[Seed], grid: Grid) -> list[Pinned]:
     ]
 
 
-def _drawn(
-    volume: Volume, part: _Partition, levels: Thresholds, seeds: Sequence[Seed]
-) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-    """Return the labels (K, J, I) at the scan's resolution, and the share of blood (in the labels' box; 0 elsewhere)."""
+def _drawn(volume: Volume, part: _Partition, levels: Thresholds, seeds: Sequence[Seed]) -> npt.NDArray[np.uint8]:
+    """Return the labels (K, J, I) at the scan's resolution."""
     own = to_image((part.probabilities[-1] < 0.9).astype(np.uint8), part.grid)
     box = box_of(resampled(own, volume.grid, outside=0, nearest=True) > 0, 2)
     grid = cropped(volume.grid, box)
@@ -203,12 +256,10 @@ def _drawn(
         obeyed(drawn, blood, _ball(grid, seed.position_mm, seed.radius_mm or _SEED_MM), seed, grid)
     labels = np.zeros(volume.grid.shape, np.uint8)
     labels[box] = drawn
-    return labels, share
+    return labels
 
 
-def _named(
-    groups: npt.NDArray[np.uint8], part: _Partition, grid: Grid
-) -> npt.NDArray[np.uint8]:
+def _named(groups: npt.NDArray[np.uint8], part: _Partition, grid: Grid) -> npt.NDArray[np.uint8]:
     """Return the labels (K, J, I) from the groups' numbers: within a group the nearest voxel of `inner` decides."""
     labels = np.zeros(groups.shape, np.uint8)
     for number, members in enumerate(GROUPS.values(), start=1):
@@ -225,9 +276,9 @@ def _named(
 
 
 def _judged(
-    volume: Volume, labels: npt.NDArray[np.uint8], share: npt.NDArray[np.float32], fit: Fit, levels: Thresholds
+    volume: Volume, labels: npt.NDArray[np.uint8], fit: Fit, levels: Thresholds, seeded: Sequence[str]
 ) -> Segmentation:
     """Return the segmentation with what cannot be believed taken together, and said."""
-    merged, findings = judged(labels, volume.grid, fit.difference)
+    merged, findings = judged(labels, volume.grid, fit.difference, seeded)
     names = {each.label: each.key for each in CATALOGUE.values() if (merged == each.label).any()}
     return Segmentation(LabelVolume(merged, volume.grid, names), findings, levels)

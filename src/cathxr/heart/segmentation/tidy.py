@@ -9,19 +9,19 @@ from cathxr.heart.seeds import NOTHING, Seed
 from cathxr.heart.segmentation.images import box_of
 from cathxr.heart.volume import Grid
 
-_MANY = ("pulmonary_veins", "pulmonary_artery")
-"""What may be in several pieces; of everything else the largest is kept."""
-_LEAST_ML = 0.5
+_MANY = {"pulmonary_veins": "left_atrium"}
+"""What may be in several pieces, and what each of them must touch; of everything else the largest is kept."""
+_LEAST_ML = 0.3
 
 
 def tidied(labels: npt.NDArray[np.uint8], grid: Grid) -> npt.NDArray[np.uint8]:
-    """Return the labels (K, J, I) with each structure in one piece; a loose piece goes to what it touches most, or away."""
+    """Return the labels (K, J, I) with each structure in one piece; a loose piece goes to what it touches most."""
     out = labels.copy()
     for key, each in CATALOGUE.items():
         mask = out == each.label
         if not mask.any():
             continue
-        box = box_of(mask, 1)
+        box = box_of(mask, 2)
         window = out[box]
         pieces, count = ndimage.label(mask[box])
         if count < 2:
@@ -30,7 +30,9 @@ def tidied(labels: npt.NDArray[np.uint8], grid: Grid) -> npt.NDArray[np.uint8]:
         sizes[0] = 0
         keep = {int(sizes.argmax())}
         if key in _MANY:
-            keep |= {int(index) for index in np.flatnonzero(sizes * grid.voxel_ml >= _LEAST_ML)}
+            chamber = ndimage.binary_dilation(window == CATALOGUE[_MANY[key]].label)
+            large = np.flatnonzero(sizes * grid.voxel_ml >= _LEAST_ML)
+            keep = {int(index) for index in np.unique(pieces[chamber]) if index in large} or keep
         for index, found in enumerate(ndimage.find_objects(pieces), start=1):
             if index not in keep:
                 _given_away(window, pieces, index, found, each.label)

@@ -131,7 +131,7 @@ def rival(
     found: npt.NDArray[np.float32],
     springs: Mapping[int, int],
 ) -> int | None:
-    """Return the great artery's group that shares another's lumen and opens less to its own ventricle; None if none does.
+    """Return the great artery's group that shares another's lumen and opens less to its own ventricle, if one does.
 
     springs: vessel's group to that of the ventricle it springs from.
     """

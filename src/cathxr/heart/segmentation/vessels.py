@@ -38,6 +38,7 @@ _SCALES_MM: Mapping[str, Sequence[float]] = {
 _WIDE_MM: Mapping[str, float] = {"left_atrium": 9.0, "right_atrium": 10.0}
 """What a ball of this radius reaches is no vein."""
 _OUTFLOW_MM, _OUTFLOW_REACH_MM = 3.0, 12.0
+_CAP = 1.35
 _STREAK_MM = 3.0
 _SHELL_MM = 1.6
 _LEAST_ML = 0.3
@@ -100,12 +101,15 @@ def split(
     thickest = float(ndimage.distance_transform_edt(mask, sampling=grid.spacing_mm[::-1]).max())
     scales = [min(scales[0], 0.8 * thickest), *(radius for radius in scales[1:] if radius < 0.75 * thickest)]
     body = _largest(_opened(mask, scales[0], grid.spacing_mm[0]))
+    joined_at = np.full(mask.shape, scales[0], np.float32)
     for radius in (*scales[1:], 0.0) if body.any() else ():
         free = mask & (owner == 0)
         believed = key != "left_atrium" or radius >= _WIDE_MM[key]
         reached = body | (_opened(free, radius, grid.spacing_mm[0]) if radius else free)
         for branch in _branches(body, reached, far[0], radius or scales[-1], grid, believed):
+            branch |= _cap(branch, body & (joined_at < _CAP * radius), radius, grid)
             owner[branch] = _member(branch, whole, far, body, key)
+        joined_at[reached & ~body] = radius
         body = reached & (owner == 0)
     if body.any():
         stubs = body & ~_opened(mask, _WIDE_MM[key], grid.spacing_mm[0]) & (far[0] > _BEYOND_MM)
@@ -114,6 +118,18 @@ def split(
     for number, member in enumerate(members):
         parts[member][box] = (owner == number)[inner] & group[box]
     return parts
+
+
+def _cap(
+    branch: npt.NDArray[np.bool_], narrow: npt.NDArray[np.bool_], radius_mm: float, grid: Grid
+) -> npt.NDArray[np.bool_]:
+    """Return what of the body's narrow parts belongs to a vessel's mouth: a ball hardly wider than it bulges into it."""
+    box = box_of(branch, round(radius_mm / grid.spacing_mm[0]) + 2)
+    near = ndimage.distance_transform_edt(~branch[box], sampling=grid.spacing_mm[::-1]) <= radius_mm
+    pieces, _ = ndimage.label(branch[box] | (narrow[box] & near))
+    cap = np.zeros_like(branch)
+    cap[box] = np.isin(pieces, np.unique(pieces[branch[box]])) & narrow[box]
+    return cap
 
 
 def _name_stubs(

@@ -25,7 +25,7 @@ _SEARCH_MM, _WORK_MM = 2.0, 1.5
 _REACH_MM = 35.0
 """How far from the atlas's chambers vessels are followed."""
 _BEHIND_MM, _THICK_MM = 6.0, 5.0
-_VESSEL_RADIUS_MM = 2.5
+_VESSEL_RADIUS_MM = 3.5
 _SEED_REACH_MM = 14.0
 _NODE_SHARE = 0.35
 _SEED_MM = 2.0

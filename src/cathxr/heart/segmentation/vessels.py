@@ -35,14 +35,14 @@ _SCALES_MM: Mapping[str, Sequence[float]] = {
     "right_atrium": (14.0, 12.5, 11.0, 9.5, 8.0, 6.5, 5.0),
 }
 """Radii of the balls that feel out the body and then what leads away from it, wide before narrow."""
-_WIDE_MM: Mapping[str, float] = {"left_atrium": 9.0, "right_atrium": 10.0}
+_WIDE_MM: Mapping[str, float] = {"left_atrium": 10.0, "right_atrium": 11.0}
 """What a ball of this radius reaches is no vein."""
 _OUTFLOW_MM, _OUTFLOW_REACH_MM = 3.0, 12.0
-_CAP = 1.35
+_CAP, _CAP_DEPTH_MM = 1.35, -1.0
 _STREAK_MM = 3.0
 _SHELL_MM = 1.6
 _LEAST_ML = 0.3
-_LONG, _LONG_BEYOND, _BEYOND_MM = 1.2, 0.5, 3.0
+_LONG, _LONG_BEYOND, _BEYOND_MM = 1.2, 0.5, 2.0
 """How far a vessel sticks out, over the ball's radius; less is enough well beyond the atlas's body."""
 
 
@@ -107,7 +107,7 @@ def split(
         believed = key != "left_atrium" or radius >= _WIDE_MM[key]
         reached = body | (_opened(free, radius, grid.spacing_mm[0]) if radius else free)
         for branch in _branches(body, reached, far[0], radius or scales[-1], grid, believed):
-            branch |= _cap(branch, body & (joined_at < _CAP * radius), radius, grid)
+            branch |= _cap(branch, body & (joined_at < _CAP * radius) & (far[0] > _CAP_DEPTH_MM), radius, grid)
             owner[branch] = _member(branch, whole, far, body, key)
         joined_at[reached & ~body] = radius
         body = reached & (owner == 0)
@@ -123,7 +123,7 @@ def split(
 def _cap(
     branch: npt.NDArray[np.bool_], narrow: npt.NDArray[np.bool_], radius_mm: float, grid: Grid
 ) -> npt.NDArray[np.bool_]:
-    """Return what of the body's narrow parts belongs to a vessel's mouth: a ball hardly wider than it bulges into it."""
+    """Return what of the body's narrow parts belongs to a vessel's mouth: a ball hardly wider bulges into it."""
     box = box_of(branch, round(radius_mm / grid.spacing_mm[0]) + 2)
     near = ndimage.distance_transform_edt(~branch[box], sampling=grid.spacing_mm[::-1]) <= radius_mm
     pieces, _ = ndimage.label(branch[box] | (narrow[box] & near))

@@ -72,29 +72,50 @@ def camera_table(cameras: Sequence[CameraModel]) -> FloatArray:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """A first guess of the curve: its spline and length, mm; at: each measured point's parameter, view by view.
+
+    A negative parameter is that of a point without a part in the curve.
+    """
+
+    basis: CubicBasis
+    control: FloatArray
+    prior: FloatArray
+    length_mm: float
+    at: FloatArray
+
+
+def guess_of(points: FloatArray, starts_at: Sequence[FloatArray]) -> Guess:
+    """Return a first guess from points (M, 3) mm, cap centre first.
+
+    starts_at: for each view the parameter in [0, 1] (arc fraction of the points) of each measured point, negative where
+    it has no part in the guess.
+    """
+    along = arc_length(points)
+    length = float(along[-1])
+    basis = _basis(int(np.clip(round(length / _SPAN_MM), _FEWEST_SPANS, _MOST_SPANS)))
+    prior = _jerk_information(basis.spans) / (length**3 * _JERK_SIGMA) ** 2
+    prior = prior + 1e-9 * np.eye(basis.count)  # keeps the matrix regular where no picture sees anything
+    rows = basis.values(along / length) / _START_MM
+    control = np.linalg.solve(rows.T @ rows + prior, rows.T @ (points / _START_MM))
+    return Guess(basis, control, prior, length, np.concatenate(starts_at))
+
+
 def fit_curve(
     table: FloatArray,
     detections: Sequence[Detection],
-    start: FloatArray,
-    starts_at: Sequence[FloatArray],
+    guess: Guess,
     *,
     radius_mm: float,
     without_end: int | None = None,
 ) -> CurveFit:
     """Return the curve fitted to two or more views.
 
-    table: see `camera_table`. start (M, 3) mm: a first guess of the curve, cap centre first; starts_at: for each view
-    the parameter in [0, 1] (arc fraction of `start`) of each point, negative where it has no part in the guess.
-    radius_mm: of the catheter. without_end: a view whose end's outline has no part.
+    table: see `camera_table`. radius_mm: of the catheter. without_end: a view whose end's outline has no part.
     """
-    along = arc_length(start)
-    length = float(along[-1])
-    basis = _basis(int(np.clip(round(length / _SPAN_MM), _FEWEST_SPANS, _MOST_SPANS)))
-    prior = _jerk_information(basis.spans) / (length**3 * _JERK_SIGMA) ** 2
-    prior = prior + 1e-9 * np.eye(basis.count)  # keeps the matrix regular where no picture sees anything
-    rows = basis.values(along / length) / _START_MM
-    first = np.linalg.solve(rows.T @ rows + prior, rows.T @ (start / _START_MM))
-    at = np.concatenate(starts_at)
+    basis = guess.basis
+    at = guess.at.copy()
     view = np.repeat(np.arange(len(detections)), [len(each.curve_px) for each in detections])
     curve = np.concatenate([each.curve_px for each in detections])
     normal = np.concatenate([each.normal_px for each in detections])
@@ -110,11 +131,11 @@ def fit_curve(
         end_sigma = np.where(end_view == without_end, _NO_PART_PX, end_sigma)
     outlined = np.array([len(each.end_px) >= LEAST_OUTLINE for each in detections])
     end_at = np.zeros(len(end))
-    reach = min(0.5, _NEAR_RADII * radius_mm / length)
+    reach = min(0.5, _NEAR_RADII * radius_mm / guess.length_mm)
     control, information, balls = gauss_newton(
         basis.spans,
-        first,
-        prior,
+        guess.control,
+        guess.prior,
         table,
         at,
         view,

@@ -8,6 +8,7 @@ from cathxr.geometry.calibration_error import camera_errors, point_covariance
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
 from cathxr.tracking.fit import CurveFit, camera_table
+from cathxr.tracking.prediction import Prediction
 from cathxr.tracking.solve import RESOLVED_MM, Solution, solved
 
 _DENSE = 240
@@ -33,10 +34,12 @@ class ModelTracker:
         self._zero, self._roll = rig.zero_direction, rig.roll
         self._points = points
         self._continuity = Continuity()
+        self._prediction = Prediction()
 
     def reset(self) -> None:
         """Forget what came before."""
         self._continuity.reset()
+        self._prediction.reset()
 
     def update(self, observation: Observation) -> Track:
         """Return the Track of one observation."""
@@ -50,7 +53,7 @@ class ModelTracker:
         for each in detections:
             if each.reason is not None:
                 return self._continuity.lost(observation, f"{each.reason} ({each.camera})")
-        result = self._solved(detections)
+        result = self._solved(observation.t_ns, detections)
         if isinstance(result, str):
             return self._continuity.lost(observation, result)
         solution, shape = result
@@ -75,15 +78,17 @@ class ModelTracker:
         )
         return track if reason else self._continuity.tracked(track)
 
-    def _solved(self, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
+    def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
         """Return the fit and its centreline (N, 3) mm, tip first, or why there is none."""
-        solution = solved(self._cameras, self._table, detections, radius_mm=self._radius)
+        predicted = self._prediction.guess(t_ns, self._cameras, detections)
+        solution = solved(self._cameras, self._table, detections, radius_mm=self._radius, predicted=predicted)
         if isinstance(solution, str):
             return solution
         fit = solution.fit
         shape = self._shape(fit)
         if isinstance(shape, str):
             return shape
+        self._prediction.learn(t_ns, shape[1:])
         return solution, shape
 
     def _shape(self, fit: CurveFit) -> FloatArray | str:

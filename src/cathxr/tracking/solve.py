@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cathxr.core import Detection, FloatArray
 from cathxr.geometry import CameraModel, nearest_to_rays
-from cathxr.tracking.fit import LEAST_OUTLINE, CurveFit, fit_curve
+from cathxr.tracking.fit import LEAST_OUTLINE, CurveFit, Guess, fit_curve, guess_of
 from cathxr.tracking.matching import Matching, match, ray_distances
 
 _MATCH_SIGMA_MM = 0.25
@@ -28,20 +28,15 @@ _INSIDE_SHARE = 0.1
 _INSIDE_PX = 0.5
 _MOST_ADDED_RADII = 2.5
 """Debris at the tip adds no more than this to a silhouette: more is the catheter itself."""
-_CLEAR_CAP = 0.45
+_CLEAR_CAP = 0.3
 """In one view at least, so much of the end's outline is the rounded end's: else it may be a crossing, and no end."""
+_SEEN_CAP = 5
+_UNSEEN_MM = 0.6
+"""A tip that one view does not show, because fewer points of the outline are the rounded end's, is no surer than this."""
 _LEAST_CAP = 3
 """So many points of the outline on the rounded end show where it is."""
 _CONTAINED_RADII = 1.0
 """Where its outline does not show the tip, it lies in the silhouette: as near as this to the measured midline."""
-
-
-@dataclass(frozen=True, eq=False)
-class Guess:
-    """A first guess of the curve: points (M, 3) mm, cap centre first; starts_at: see `fit_curve`."""
-
-    points: FloatArray
-    starts_at: tuple[FloatArray, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,12 +49,23 @@ class Solution:
 
 
 def solved(
-    cameras: Sequence[CameraModel], table: FloatArray, detections: Sequence[Detection], *, radius_mm: float
+    cameras: Sequence[CameraModel],
+    table: FloatArray,
+    detections: Sequence[Detection],
+    *,
+    radius_mm: float,
+    predicted: Guess | None = None,
 ) -> Solution | str:
     """Return the curve that both views show, or why there is none.
 
-    cameras and table: of the two views, see `fit.camera_table`; radius_mm: the catheter's.
+    cameras and table: of the two views, see `fit.camera_table`; radius_mm: the catheter's; predicted: where the curve
+    should be, tried first.
     """
+    if predicted is not None:
+        fit = fit_curve(table, detections, predicted, radius_mm=radius_mm)
+        sigma = tip_sigma_mm(fit, detections, None, radius_mm)
+        if sigma <= RESOLVED_MM and _objection(cameras, detections, fit, None) is None:
+            return Solution(fit, sigma)
     try:
         rays = [camera.ray(each.curve_px) for camera, each in zip(cameras, detections, strict=True)]
     except ValueError:
@@ -69,12 +75,14 @@ def solved(
     if len(matching.pairs) < 4:
         return "too little of the catheter is seen"
     guesses = _guesses(cameras, detections, rays, matching)
+    if predicted is not None:
+        guesses.append(predicted)
     if not guesses:
         return "the two views disagree"
     reasons = []
     unresolved = []
     for guess in guesses:
-        fit = fit_curve(table, detections, guess.points, guess.starts_at, radius_mm=radius_mm)
+        fit = fit_curve(table, detections, guess, radius_mm=radius_mm)
         reason = _objection(cameras, detections, fit, None)
         sigma = tip_sigma_mm(fit, detections, None, radius_mm)
         if reason is not None:
@@ -87,7 +95,7 @@ def solved(
     for guess in guesses:
         found = []
         for without, each in enumerate(detections):
-            fit = fit_curve(table, detections, guess.points, guess.starts_at, radius_mm=radius_mm, without_end=without)
+            fit = fit_curve(table, detections, guess, radius_mm=radius_mm, without_end=without)
             sigma = tip_sigma_mm(fit, detections, without, radius_mm)
             if sigma <= RESOLVED_MM and _objection(cameras, detections, fit, without) is None:
                 found.append(Solution(fit, sigma, each.camera))
@@ -117,7 +125,23 @@ def tip_sigma_mm(fit: CurveFit, detections: Sequence[Detection], without: int | 
     for view, (off, each) in enumerate(zip(fit.ends_off_px, detections, strict=True)):
         if view != without and len(off):
             excess = max(excess, float(np.mean(np.minimum(np.square(off / each.end_sigma_px), _MOST_EXCESS))))
-    return float(np.sqrt(np.trace(fit.covariance_of(gain)) * excess)) * _CORRELATION
+    sigma = float(np.sqrt(np.trace(fit.covariance_of(gain)) * excess)) * _CORRELATION
+    return max(sigma, _UNSEEN_MM) if _unseen(fit, detections, without) else sigma
+
+
+def _unseen(fit: CurveFit, detections: Sequence[Detection], without: int | None) -> bool:
+    """Return whether a view that should show the rounded end does not: then only the curve's smoothness places it."""
+    if not any(len(each.end_px) for each in detections):
+        return False
+    return any(
+        view != without and _on_cap(fit, view, each.end_sigma_px) < _SEEN_CAP for view, each in enumerate(detections)
+    )
+
+
+def _on_cap(fit: CurveFit, view: int, sigma: FloatArray) -> int:
+    """Return how many points of a view's outline lie on the fitted rounded end."""
+    near = np.abs(fit.ends_off_px[view]) < 3.0 * sigma + _OUTLINE_PX
+    return int(np.count_nonzero(fit.caps[view] & near))
 
 
 def _guesses(
@@ -147,7 +171,7 @@ def _guesses(
 def _guess(points: FloatArray, pairs: NDArray[np.int64], detections: Sequence[Detection]) -> Guess:
     start, fraction = thinned(points)
     starts_at = tuple(_parameters(pairs[:, view], fraction, len(each.curve_px)) for view, each in enumerate(detections))
-    return Guess(start, starts_at)
+    return guess_of(start, starts_at)
 
 
 def _objection(
@@ -183,7 +207,7 @@ def _objection(
                 return f"the tip is not where the {each.camera} camera sees it"
         elif float(np.mean(np.abs(off) < 3.0 * sigma + _OUTLINE_PX)) < _OUTLINE_SHARE:
             return f"something lies at the tip ({each.camera})"
-        on_cap = int(np.count_nonzero(fit.caps[view] & (np.abs(off) < 3.0 * sigma + _OUTLINE_PX)))
+        on_cap = _on_cap(fit, view, sigma)
         clear = clear or on_cap >= _CLEAR_CAP * len(off)
         hidden = on_cap < _LEAST_CAP
         if without is not None and hidden and _away_px(line[0], each.curve_px) > _CONTAINED_RADII * radius:

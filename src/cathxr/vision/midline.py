@@ -19,7 +19,7 @@ _LEAST_POINTS = 4
 
 @dataclass(frozen=True, eq=False)
 class Midline:
-    """Measured midline, tip first: as in Detection. The first point is the centre of the rounded end; plateau: matte on it."""
+    """Measured midline, tip first: as in Detection, from the rounded end's centre on. plateau: the matte on it."""
 
     curve_px: FloatArray
     normal_px: FloatArray

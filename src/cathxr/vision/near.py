@@ -3,13 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from cathxr.core import FloatArray, PixelArray, Rig, Status, Track
+from cathxr.core import FloatArray, Rig, Status, Track
 from cathxr.geometry import CameraModel
 from cathxr.vision.midline import Midline, midline_of
 from cathxr.vision.near_kernels import end_near, sections_near
 from cathxr.vision.profiles import RawSource, light_gain
-from cathxr.vision.segmentation import MatteArray
 
 _OLDEST_NS = 250_000_000
 """A catheter is not looked for where it was longer ago than this."""
@@ -24,6 +24,11 @@ _ROUND_PX = 0.3
 """An end whose outline is off a circle by more than these, share of the radius and px, is looked at in full."""
 _HIDDEN_RADII = 2.2
 """Nearer than this to another part of the catheter the end's outline is not the end's alone."""
+_PARTS_RADII = 6.0
+"""What is farther than this along the tube is another part of it."""
+_NEAR_SECTIONS = 8
+_LEAST_OUTLINE = 7
+_RATIO = (0.7, 1.4)
 _UNSEEN_PX = 1e3
 """The sigma of an end that is not seen: it has no part in anything."""
 _GAIN = (0.6, 1.6)
@@ -35,6 +40,20 @@ class Look:
 
     plateau: float
     ratio: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Expected:
+    """Where the catheter should be seen: tip (2,), path (K, 2) from the rounded end's centre on, widths (K,), all px.
+
+    shares (K,): see `sections_near`. alone: no other part of the catheter lies at its end.
+    """
+
+    tip: FloatArray
+    path: FloatArray
+    widths: FloatArray
+    shares: FloatArray
+    alone: bool
 
 
 class NearDetector:
@@ -55,32 +74,22 @@ class NearDetector:
         """Take over how a catheter that was found in the whole picture looks."""
         self._look = Look(line.plateau, 1.0)
 
-    def found(self, source: RawSource | MatteArray, t_ns: int, predicted: Track) -> tuple[Midline, bool] | None:
+    def found(self, source: RawSource, t_ns: int, predicted: Track) -> tuple[Midline, bool] | None:
         """Return what is measured near the predicted curve and whether it is beyond doubt, None where there is little.
 
         predicted: the last Track; its motion is carried on from the one before to `t_ns`.
         """
         shape = self._moved(t_ns, predicted)
-        if shape is None or self._look is None:
-            return None
-        line = _from_cap_centre(shape, self._radius_mm)
-        try:
-            points, jacobian = self._model.project_with_jacobian(np.vstack([shape[:1], line]))
-        except ValueError:
-            return None
-        scale = np.linalg.norm(jacobian[1:], axis=(1, 2)) / np.sqrt(2.0)
-        tip, path = points[0], np.ascontiguousarray(points[1:])
         look = self._look
-        widths = 2.0 * self._radius_mm * look.ratio * scale
-        if not bool(self._model.inside(tip, margin_px=0.7 * widths[0])):
+        expected = None if shape is None or look is None else self._expected(shape, look.ratio)
+        if expected is None or look is None:
             return None
-        if isinstance(source, tuple):
-            normals = _normals(path)
-            gain = light_gain(source, path, normals, 1.6 * float(widths[0]), np.empty(2 * len(path)))
-            if not _GAIN[0] < gain < _GAIN[1]:
-                return None
-            source = (source[0], source[1], source[2], gain)
-        measured, normal, sections, state = sections_near(source, path, widths, look.plateau)
+        gain = light_gain(source, expected.path, _normals(expected.path), 1.6 * float(expected.widths[0]))
+        if not _GAIN[0] < gain < _GAIN[1]:
+            return None
+        source = (source[0], source[1], source[2], gain)
+        measured = sections_near(source, expected.path, expected.widths, expected.shares, look.plateau)
+        state = measured[3]
         good = state == 2
         count = int(np.count_nonzero(good))
         if count < _LEAST_SECTIONS:
@@ -88,49 +97,60 @@ class NearDetector:
         seen = int(np.flatnonzero(good)[-1]) + 1  # the inlet hides the rest
         if count < _LEAST_SHARE * np.count_nonzero(state[:seen]):
             return None
-        return self._with_end(source, tip, path, widths, (measured, normal, sections, good))
+        return self._with_end(source, expected, measured)
+
+    def _expected(self, shape: FloatArray, ratio: float) -> _Expected | None:
+        """Return where and how wide a curve (K, 3) mm, tip first, should be seen; None where it leaves the picture."""
+        line = _from_cap_centre(shape, self._radius_mm)
+        try:
+            points, jacobian = self._model.project_with_jacobian(np.vstack([shape[:1], line]))
+        except ValueError:
+            return None
+        tip, path = points[0], np.ascontiguousarray(points[1:])
+        scale = np.sqrt(0.5 * np.square(jacobian[1:]).sum(axis=(1, 2)))
+        steps_mm = np.sqrt(np.square(np.diff(line, axis=0)).sum(axis=1))
+        seen = np.hypot(*np.diff(path, axis=0).T) / np.maximum(steps_mm * 0.5 * (scale[1:] + scale[:-1]), 1e-9)
+        shares = np.concatenate([seen[:1], np.minimum(seen[1:], seen[:-1]), seen[-1:]])
+        widths = 2.0 * self._radius_mm * ratio * scale
+        if not bool(self._model.inside(tip, margin_px=0.7 * widths[0])):
+            return None
+        apart_mm = np.concatenate([[0.0], np.cumsum(steps_mm)])
+        near = np.hypot(*(path - path[0]).T) < 0.5 * _HIDDEN_RADII * widths[0]
+        alone = not bool((near & (apart_mm > _PARTS_RADII * self._radius_mm)).any())
+        return _Expected(tip, path, widths, shares, alone)
 
     def _with_end(
         self,
-        source: RawSource | MatteArray,
-        tip: FloatArray,
-        path: FloatArray,
-        widths: FloatArray,
-        found: tuple[FloatArray, FloatArray, FloatArray, np.ndarray[tuple[int], np.dtype[np.bool_]]],
+        source: RawSource,
+        expected: _Expected,
+        found: tuple[FloatArray, FloatArray, FloatArray, NDArray[np.int64]],
     ) -> tuple[Midline, bool] | None:
-        measured, normal, sections, good = found
-        first = int(np.flatnonzero(good)[0])
-        radius = 0.5 * float(np.median(sections[good, 1][:12]))
-        plateau = float(np.median(sections[good, 2]))
-        blur = float(np.clip(plateau / max(np.median(sections[good, 3]), 1e-6) / np.sqrt(2.0 * np.pi), 0.3, 0.5 * radius))
-        ahead = tip - path[0]
-        length = float(np.hypot(*ahead))
-        if length < 0.2 * radius:  # it points at the camera: any direction does, best away from the tube
+        """Return the midline with its end, and whether the end is beyond doubt."""
+        measured, normal, sections, state = found
+        good = np.flatnonzero(state == 2)
+        path = expected.path
+        middle = np.median(sections[good], axis=0)
+        radius = 0.5 * float(np.median(sections[good[:12], 1]))
+        blur = float(np.clip(middle[2] / max(middle[3], 1e-6) / np.sqrt(2.0 * np.pi), 0.3, 0.5 * radius))
+        ahead = expected.tip - path[0]
+        if np.hypot(*ahead) < 0.2 * radius:  # it points at the camera: any direction does, best away from the tube
             ahead = path[0] - path[min(3, len(path) - 1)]
-            length = float(np.hypot(*ahead))
-        direction = ahead / max(length, 1e-9)
-        behind = np.arange(len(path)) > 3.0 * len(path) * 2.0 * radius / max(_length(path), 1e-9)
-        near = np.linalg.norm(path - path[0], axis=1) < _HIDDEN_RADII * radius
-        alone = not bool((behind & near).any())
-        start = path[0] + (measured[first] - _nearest(path, measured[first])) if first < 8 else path[0]
-        centre, outline, rms = end_near(source, start, direction, radius, plateau, blur)
-        round_ = 0.0 <= rms < _ROUND_PX + _ROUND_SHARE * radius
-        good = good & (np.linalg.norm(measured - centre, axis=1) > 0.25 * radius)
-        good &= ((measured - centre) @ direction < 0.0) | (np.arange(len(good)) * len(path) > 4 * len(good))
-        if np.count_nonzero(good) < _LEAST_SECTIONS:
+        direction = ahead / max(float(np.hypot(*ahead)), 1e-9)
+        # the nearest sections say how far the end lies to the side of where it was expected
+        start = path[0] + _aside(path, measured[good[0]]) if good[0] < _NEAR_SECTIONS else path[0]
+        centre, outline, rms = end_near(source, start, direction, radius, middle[2], blur)
+        from_centre = measured[good] - centre
+        past = (from_centre @ direction > -0.25 * radius) & (np.hypot(*from_centre.T) < 2.0 * radius)
+        good = good[~past]
+        if len(good) < _LEAST_SECTIONS:
             return None
-        seen = rms >= 0.0
-        line = midline_of(
-            measured[good], normal[good], sections[good], centre, direction, radius, outline if seen else outline[:0]
-        )
-        if not seen or len(outline) < 7:
+        line = midline_of(measured[good], normal[good], sections[good], centre, direction, radius, outline)
+        if len(outline) < _LEAST_OUTLINE:
             line = line.without_end(_UNSEEN_PX)
-        expected = float(np.median(widths))
-        self._look = Look(plateau, float(np.clip(self._look_ratio() * np.median(sections[good, 1]) / expected, 0.7, 1.4)))
-        return line, round_ or not alone
-
-    def _look_ratio(self) -> float:
-        return 1.0 if self._look is None else self._look.ratio
+        ratio = self._look.ratio if self._look is not None else 1.0
+        ratio *= float(middle[1] / np.median(expected.widths))
+        self._look = Look(float(middle[2]), min(max(ratio, _RATIO[0]), _RATIO[1]))
+        return line, not expected.alone or 0.0 <= rms < _ROUND_PX + _ROUND_SHARE * radius
 
     def _moved(self, t_ns: int, predicted: Track) -> FloatArray | None:
         """Return the shape (K, 3) mm expected at an instant, tip first, None where the last Track is too old."""
@@ -168,13 +188,9 @@ def _normals(path: FloatArray) -> FloatArray:
     return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
 
-def _length(path: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
-
-
-def _nearest(path: FloatArray, point: FloatArray) -> FloatArray:
-    """Return the point (2,) of a polyline nearest to `point`."""
+def _aside(path: FloatArray, point: FloatArray) -> FloatArray:
+    """Return (2,) how far a point lies off a polyline (N, 2)."""
     step = np.diff(path, axis=0)
     share = np.clip(((point - path[:-1]) * step).sum(axis=1) / np.maximum((step * step).sum(axis=1), 1e-12), 0.0, 1.0)
-    feet = path[:-1] + share[:, None] * step
-    return np.asarray(feet[int(np.argmin(np.linalg.norm(feet - point, axis=1)))], dtype=np.float64)
+    off = point - path[:-1] - share[:, None] * step
+    return np.asarray(off[int(np.argmin((off * off).sum(axis=1)))], dtype=np.float64)

@@ -5,11 +5,15 @@ import math
 import numpy as np
 from numba import njit
 
-from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, evenly, normals_of, smoothed
+from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, normals_of, smoothed
 from cathxr.vision.profiles import cross, edge, sample
 
 SPACING_PX = 2.5
 MOST_POINTS = 160
+_LEAST_LENGTH_SHARE = 0.35
+"""Where the tube is more foreshortened than this its silhouette is not made by the sections there."""
+_ROUGH_EVERY = 3
+"""The first round, which finds out how far the prediction is off, needs only some of the sections."""
 _WIDTH_OFF = 0.3
 """A section whose width is off by more than this share is not the tube alone."""
 _APART_WIDTHS = 3.0
@@ -22,59 +26,95 @@ _CAP_REACH_RAD = 1.3
 
 
 @njit(cache=True, nogil=True)
-def sections_near(source, path, widths, plateau):  # type: ignore[no-untyped-def]
+def sections_near(source, path, widths, shares, plateau):  # type: ignore[no-untyped-def]
     """Return (points (N, 2), normals (N, 2), sections (N, 4), state (N,)) measured along a predicted line, tip first.
 
-    path (K, 2) px; widths (K,) px, of the tube as expected there. state: 2 measured, 1 expected but not found, 0 not to
+    path (K, 2) px; widths (K,) px, of the tube as expected there; shares (K,): of its length that the picture shows, 1
+    where it lies across the line of sight. state: 2 measured, 1 expected but not found, 0 not to
     be seen there: the tube crosses itself or points at the camera.
     """
-    length = 0.0
-    for i in range(1, len(path)):
-        length += math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
-    count = int(min(max(length / SPACING_PX, 6.0), float(MOST_POINTS)))
-    spacing = length / (count - 1)
-    points = evenly(path, count)
-    width = np.empty(count)
-    for i in range(count):
-        at = (len(path) - 1.0) * i / (count - 1)
-        low = min(int(at), len(path) - 2)
-        width[i] = widths[low] + (at - low) * (widths[low + 1] - widths[low])
+    points, width, share, spacing = _spread(path, widths, shares)
+    count = len(points)
     normals = normals_of(points)
-    state = _visible(points, normals, width, spacing)
+    state = _visible(points, width, share, spacing)
     sections = np.zeros((count, 4))
     offsets = np.zeros(count)
-    for i in range(count):
+    rough = np.zeros(count, dtype=np.int64)
+    for i in range(0, count, _ROUGH_EVERY):
         if state[i] == 0:
             continue
         sections[i] = cross(source, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width[i], plateau)
         if abs(sections[i, 1] - width[i]) < _WIDTH_OFF * width[i]:
-            state[i] = 2
+            rough[i] = 2
             offsets[i] = sections[i, 0]
-    _filled(offsets, state)
+    _filled(offsets, rough)
     for i in range(count):
         points[i, 0] += offsets[i] * normals[i, 0]
         points[i, 1] += offsets[i] * normals[i, 1]
     points = smoothed(points, max(2, round(0.6 * width[0] / spacing)))
     normals = normals_of(points)
     for i in range(count):
-        if state[i] < 2:
+        if state[i] == 0:
             continue
-        sections[i] = cross(source, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width[i], plateau)
+        sections[i] = section_near(source, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width[i])
         if abs(sections[i, 1] - width[i]) < _WIDTH_OFF * width[i]:
+            state[i] = 2
             points[i, 0] += sections[i, 0] * normals[i, 0]
             points[i, 1] += sections[i, 0] * normals[i, 1]
-        else:
-            state[i] = 1
     return points, normals, sections, state
 
 
 @njit(cache=True, nogil=True)
-def _visible(points, normals, width, spacing):  # type: ignore[no-untyped-def]
+def _spread(path, widths, shares):  # type: ignore[no-untyped-def]
+    """Return (points, widths, shares, spacing px) evenly along a line (K, 2), with what belongs to them."""
+    along = np.zeros(len(path))
+    for i in range(1, len(path)):
+        along[i] = along[i - 1] + math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+    count = int(min(max(along[-1] / SPACING_PX, 6.0), float(MOST_POINTS)))
+    spacing = along[-1] / (count - 1)
+    points, width, share = np.empty((count, 2)), np.empty(count), np.empty(count)
+    j = 0
+    for i in range(count):
+        while j < len(path) - 2 and along[j + 1] < spacing * i:
+            j += 1
+        part = min(max((spacing * i - along[j]) / max(along[j + 1] - along[j], 1e-9), 0.0), 1.0)
+        for axis in range(2):
+            points[i, axis] = path[j, axis] + part * (path[j + 1, axis] - path[j, axis])
+        width[i] = widths[j] + part * (widths[j + 1] - widths[j])
+        share[i] = shares[j] + part * (shares[j + 1] - shares[j])
+    return points, width, share, spacing
+
+
+@njit(cache=True, nogil=True)
+def section_near(source, x, y, nx, ny, width):  # type: ignore[no-untyped-def]
+    """Return (offset, width, plateau, slope) of a section whose middle is known to a quarter of its width.
+
+    As `profiles.cross`, but only the two edges and five samples between them are looked at. width < 0: no tube there.
+    """
+    own = 0.0
+    for i in range(-2, 3):
+        offset = 0.1 * i * width
+        own += 0.2 * sample(source, x + offset * nx, y + offset * ny)
+    level = 0.5 * own
+    inner = 0.22 * width
+    right, slope_right = edge(source, x + inner * nx, y + inner * ny, nx, ny, 0.7 * width, level)
+    left, slope_left = edge(source, x - inner * nx, y - inner * ny, -nx, -ny, 0.7 * width, level)
+    if right < 0.0 or left < 0.0:
+        return 0.0, -1.0, 0.0, 0.0
+    return 0.5 * (right - left), right + left + 2.0 * inner, own, 0.5 * (slope_left + slope_right)
+
+
+@njit(cache=True, nogil=True)
+def _visible(points, width, share, spacing):  # type: ignore[no-untyped-def]
     """Return state (N,): 1 where a section can be measured, 0 where the tube is in its own way."""
     count = len(points)
     state = np.ones(count, dtype=np.int64)
     reach = max(1, round(0.5 * width[0] / spacing))
+    stride = max(1, int(0.5 * width[0] / spacing))
     for i in range(count):
+        if share[i] < _LEAST_LENGTH_SHARE:
+            state[i] = 0
+            continue
         before, after = max(i - reach, 0), min(i + reach, count - 1)
         ax, ay = points[i, 0] - points[before, 0], points[i, 1] - points[before, 1]
         bx, by = points[after, 0] - points[i, 0], points[after, 1] - points[i, 1]
@@ -82,10 +122,10 @@ def _visible(points, normals, width, spacing):  # type: ignore[no-untyped-def]
             state[i] = 0
             continue
         apart = round(_APART_WIDTHS * width[i] / spacing)
-        for j in range(count):
-            if abs(i - j) > apart and math.hypot(
-                points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
-            ) < _TOUCHING_WIDTHS * width[i]:
+        touching = (_TOUCHING_WIDTHS * width[i]) ** 2
+        for j in range(0, count, stride):
+            dx, dy = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
+            if dx * dx + dy * dy < touching and abs(i - j) > apart:
                 state[i] = 0
                 break
     return state

@@ -92,8 +92,9 @@ def _sample_colour(source, x, y):  # type: ignore[no-untyped-def]
     row = min(int(y), height - 2)
     fx = x - column
     fy = y - row
-    upper = _grey(pixels, row, column) * (1.0 - fx) + _grey(pixels, row, column + 1) * fx
-    lower = _grey(pixels, row + 1, column) * (1.0 - fx) + _grey(pixels, row + 1, column + 1) * fx
+    gx = 1.0 - fx
+    upper = _grey(pixels, row, column) * gx + _grey(pixels, row, column + 1) * fx
+    lower = _grey(pixels, row + 1, column) * gx + _grey(pixels, row + 1, column + 1) * fx
     return 1.0 - (upper * (1.0 - fy) + lower * fy) / _light_at(source, x, y)
 
 
@@ -104,11 +105,12 @@ def _grey(pixels, row, column):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def light_gain(source, points, normals, away, levels):  # type: ignore[no-untyped-def]
+def light_gain(source, points, normals, away):  # type: ignore[no-untyped-def]
     """Return the median of picture / back-light beside a line: at points (N, 2) plus and minus `away` px along normals.
 
-    levels (2N,): room to work in. The source's own gain counts as 1.
+    The source's own gain counts as 1.
     """
+    levels = np.empty(2 * len(points))
     count = 0
     for i in range(len(points)):
         for side in (-1.0, 1.0):

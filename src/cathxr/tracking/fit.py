@@ -99,7 +99,7 @@ def guess_of(points: FloatArray, starts_at: Sequence[FloatArray]) -> Guess:
     prior = prior + 1e-9 * np.eye(basis.count)  # keeps the matrix regular where no picture sees anything
     rows = basis.values(along / length) / _START_MM
     control = np.linalg.solve(rows.T @ rows + prior, rows.T @ (points / _START_MM))
-    return Guess(basis, control, prior, length, np.concatenate(starts_at))
+    return Guess(basis, np.asarray(control, dtype=np.float64), prior, length, np.concatenate(starts_at))
 
 
 def fit_curve(

@@ -11,7 +11,11 @@ from cathxr.tracking.spline import cubic_pieces
 
 HUBER = 2.5
 MAX_NOISE = 50.0
-_STILL_MM = 1e-3
+_STILL_MM = 4e-3
+"""No control point moves by more: what is left is the square of it, and below every noise."""
+_WIDTH_ROUNDS = 2
+_BAND = 11
+"""The lower triangle reaches this far to the left of the diagonal: twelve unknowns meet in one measurement."""
 _LONGEST_STEP = 0.03
 _NEAR_SAMPLES = 32
 _FAR_SAMPLES = 40
@@ -161,7 +165,7 @@ def rows_of(  # type: ignore[no-untyped-def]
     tip_sigma,
     outlined,
 ):
-    """Return (piece, weights of the 12 unknowns, residual px, sigma px) of every measurement, and the first outline row.
+    """Return (piece, weights of the 12 unknowns, residual px, sigma px) of every row, and the first row of an outline.
 
     One row a midline point, along its normal; one an outline point, away from its ball's centre; and one a view without
     an outline, of the cap's centre along the catheter.
@@ -261,9 +265,11 @@ def gauss_newton(  # type: ignore[no-untyped-def]
     matrix = np.empty((3 * size, 3 * size))
     right = np.empty(3 * size)
     noise = 1.0
+    balls = np.full(len(cameras), radius)
     for round_ in range(iterations):
         follow(spans, control, cameras, at, view, curve, outlined)
-        balls = radius * widths(spans, control, cameras, at, view, normal, half, radius)
+        if round_ < _WIDTH_ROUNDS:
+            balls = radius * widths(spans, control, cameras, at, view, normal, half, radius)
         follow_end(spans, control, cameras, end_at, end_view, end, reach, balls)
         pieces, design, residuals, sigmas, first_end = rows_of(
             spans,
@@ -302,15 +308,18 @@ def gauss_newton(  # type: ignore[no-untyped-def]
             for a in range(12):
                 part = weight * design[i, a]
                 right[start + a] += part * residuals[i]
-                for b in range(12):
+                for b in range(a + 1):
                     matrix[start + a, start + b] += part * design[i, b]
+        for i in range(3 * size):
+            for j in range(max(0, i - _BAND), i):
+                matrix[j, i] = matrix[i, j]
         step = np.linalg.solve(matrix, right)
         largest = 0.0
         for i in range(size):
             for axis in range(3):
                 control[i, axis] += step[3 * i + axis]
                 largest = max(largest, abs(step[3 * i + axis]))
-        if not largest < 1e6 or largest < _STILL_MM:
+        if not largest < 1e6 or (largest < _STILL_MM and round_ >= _SOFT_ROUNDS):
             break
     return control, matrix, balls
 

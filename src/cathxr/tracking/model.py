@@ -1,5 +1,7 @@
 """The `model` method: two measured midlines in, one catheter in space out."""
 
+import math
+
 import numpy as np
 
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
@@ -8,14 +10,16 @@ from cathxr.geometry.calibration_error import camera_errors, point_covariance
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
 from cathxr.tracking.fit import CurveFit, camera_table
+from cathxr.tracking.judge import RESOLVED_MM
 from cathxr.tracking.prediction import Prediction
-from cathxr.tracking.solve import RESOLVED_MM, Solution, solved
+from cathxr.tracking.solve import Solution, solved
 
 _DENSE = 240
 _HIDDEN_MM = 25.0
 """How much of the catheter's beginning may be hidden by the inlet before the entry is a guess too far."""
 _ALIGNED = 0.25
 """Least cosine between the beginning's direction and the insertion axis for extrapolating the entry."""
+_SAME_CALIBRATION_MM = 3.0
 _LONGEST_FOLD_MM = 5.0
 
 
@@ -35,6 +39,7 @@ class ModelTracker:
         self._points = points
         self._continuity = Continuity()
         self._prediction = Prediction()
+        self._calibrated: tuple[FloatArray, float] | None = None
 
     def reset(self) -> None:
         """Forget what came before."""
@@ -59,7 +64,6 @@ class ModelTracker:
         solution, shape = result
         roll = observation.roll_rad
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
-        calibration = point_covariance(self._errors, solution.fit.points(np.zeros(1))[0])
         reason = ""
         if solution.sigma_mm > RESOLVED_MM:
             reason = "the tip is not resolved in both views"
@@ -74,9 +78,15 @@ class ModelTracker:
             box_from_tip=tip_pose(shape, zero_direction=self._zero, roll_rad=turn),
             roll_rad=roll,
             roll_predicted=observation.roll_predicted,
-            sigma_mm=float(np.hypot(solution.sigma_mm, np.sqrt(np.trace(calibration)))),
+            sigma_mm=math.hypot(solution.sigma_mm, self._calibration_mm(shape[0])),
         )
         return track if reason else self._continuity.tracked(track)
+
+    def _calibration_mm(self, tip_box: FloatArray) -> float:
+        """Return the calibration's part of a tip's sigma; it changes so slowly over the box that it is kept."""
+        if self._calibrated is None or math.dist(self._calibrated[0], tip_box) > _SAME_CALIBRATION_MM:
+            self._calibrated = (tip_box, float(np.sqrt(np.trace(point_covariance(self._errors, tip_box)))))
+        return self._calibrated[1]
 
     def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
         """Return the fit and its centreline (N, 3) mm, tip first, or why there is none."""

@@ -1,4 +1,4 @@
-"""The curve expected from the last ones, and where on it each measured point is: the start of the fit while tracking."""
+"""The curve expected from the last ones, and where on it each measured point is: the fit's start while tracking."""
 
 from collections.abc import Sequence
 

@@ -5,7 +5,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from cathxr.core import FloatArray
-from cathxr.vision.midline_kernels import SPACING_PX, cap_centre, end_line, end_outline, measured_sections, smoothed
+from cathxr.vision.midline_kernels import (
+    SPACING_PX,
+    cap_centre,
+    end_line,
+    end_outline,
+    measured_sections,
+    middle_of,
+    smoothed,
+)
 from cathxr.vision.segmentation import MatteArray
 
 _LEAST_SIGMA_PX = 0.02
@@ -92,8 +100,8 @@ def midline_of(
 
     centre (2,), direction (2,) unit and radius px of the end; outline (M, 2) px around it.
     """
-    residual = ((points - smoothed(points, 4)) * normals).sum(axis=1)
-    sigma = max(_LEAST_SIGMA_PX, 1.4826 * float(np.median(np.abs(residual))) * 1.25)
+    residual = ((points - smoothed(np.ascontiguousarray(points), 4)) * normals).sum(axis=1)
+    sigma = max(_LEAST_SIGMA_PX, 1.4826 * float(middle_of(np.abs(residual))) * 1.25)
     sigmas = sigma * np.sqrt(1.0 + np.square(residual / (3.0 * sigma)))
     return Midline(
         curve_px=_rounded(np.vstack([centre, points])),
@@ -105,7 +113,7 @@ def midline_of(
         end_px=_rounded(outline),
         # a section's middle is the mean of two edges; neighbouring rays share pixels besides
         end_sigma_px=np.full(len(outline), max(_LEAST_OUTLINE_PX, 2.0 * sigma)),
-        plateau=float(np.median(sections[:, 2])),
+        plateau=float(middle_of(np.ascontiguousarray(sections[:, 2]))),
     )
 
 

@@ -229,3 +229,9 @@ def end_outline(
             points[count, 1] = centre[1] + distance * dy
             count += 1
     return points[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def middle_of(values: FloatArray) -> float:
+    """Return the median of (N,)."""
+    return float(np.median(values))

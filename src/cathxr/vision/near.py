@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from cathxr.core import FloatArray, Rig, Status, Track
 from cathxr.geometry import CameraModel
 from cathxr.vision.midline import Midline, midline_of
-from cathxr.vision.near_kernels import end_near, sections_near
+from cathxr.vision.midline_kernels import normals_of
+from cathxr.vision.near_kernels import end_near, medians, sections_near
 from cathxr.vision.profiles import RawSource, light_gain
 
 _OLDEST_NS = 250_000_000
@@ -84,7 +85,7 @@ class NearDetector:
         expected = None if shape is None or look is None else self._expected(shape, look.ratio)
         if expected is None or look is None:
             return None
-        gain = light_gain(source, expected.path, _normals(expected.path), 1.6 * float(expected.widths[0]))
+        gain = light_gain(source, expected.path, normals_of(expected.path), 1.6 * float(expected.widths[0]))
         if not _GAIN[0] < gain < _GAIN[1]:
             return None
         source = (source[0], source[1], source[2], gain)
@@ -129,8 +130,8 @@ class NearDetector:
         measured, normal, sections, state = found
         good = np.flatnonzero(state == 2)
         path = expected.path
-        middle = np.median(sections[good], axis=0)
-        radius = 0.5 * float(np.median(sections[good[:12], 1]))
+        middle = medians(sections[good])
+        radius = 0.5 * float(medians(sections[good[:12]])[1])
         blur = float(np.clip(middle[2] / max(middle[3], 1e-6) / np.sqrt(2.0 * np.pi), 0.3, 0.5 * radius))
         ahead = expected.tip - path[0]
         if np.hypot(*ahead) < 0.2 * radius:  # it points at the camera: any direction does, best away from the tube
@@ -148,7 +149,7 @@ class NearDetector:
         if len(outline) < _LEAST_OUTLINE:
             line = line.without_end(_UNSEEN_PX)
         ratio = self._look.ratio if self._look is not None else 1.0
-        ratio *= float(middle[1] / np.median(expected.widths))
+        ratio *= float(middle[1] / expected.widths[len(expected.widths) // 2])
         self._look = Look(float(middle[2]), min(max(ratio, _RATIO[0]), _RATIO[1]))
         return line, not expected.alone or 0.0 <= rms < _ROUND_PX + _ROUND_SHARE * radius
 
@@ -180,12 +181,6 @@ def _from_cap_centre(shape: FloatArray, radius_mm: float) -> FloatArray:
     if np.linalg.norm(rest[0] - centre) < 0.2 and len(rest) > 2:
         rest = rest[1:]
     return np.vstack([centre, rest])
-
-
-def _normals(path: FloatArray) -> FloatArray:
-    along = np.gradient(path, axis=0)
-    along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
-    return np.stack([-along[:, 1], along[:, 0]], axis=1)
 
 
 def _aside(path: FloatArray, point: FloatArray) -> FloatArray:

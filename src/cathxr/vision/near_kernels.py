@@ -10,7 +10,7 @@ from cathxr.vision.profiles import cross, edge, sample
 
 SPACING_PX = 2.5
 MOST_POINTS = 160
-_LEAST_LENGTH_SHARE = 0.35
+_LEAST_LENGTH_SHARE = 0.15
 """Where the tube is more foreshortened than this its silhouette is not made by the sections there."""
 _ROUGH_EVERY = 3
 """The first round, which finds out how far the prediction is off, needs only some of the sections."""
@@ -208,3 +208,12 @@ def end_near(source, centre, direction, radius, plateau, blur):  # type: ignore[
         if sample(source, x, y) < level:
             return centre, outline[:0].copy(), -1.0
     return np.array([x, y]), outline[:count].copy(), rms
+
+
+@njit(cache=True, nogil=True)
+def medians(values):  # type: ignore[no-untyped-def]
+    """Return the medians (M,) of the columns of (N, M)."""
+    result = np.empty(values.shape[1])
+    for k in range(values.shape[1]):
+        result[k] = np.median(np.ascontiguousarray(values[:, k]))
+    return result

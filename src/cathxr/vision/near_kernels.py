@@ -8,11 +8,11 @@ from numba import njit
 from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, normals_of, smoothed
 from cathxr.vision.profiles import cross, edge, sample
 
-SPACING_PX = 2.5
-MOST_POINTS = 160
+SPACING_PX = 4.0
+MOST_POINTS = 110
 _LEAST_LENGTH_SHARE = 0.15
 """Where the tube is more foreshortened than this its silhouette is not made by the sections there."""
-_ROUGH_EVERY = 3
+_ROUGH_EVERY = 2
 """The first round, which finds out how far the prediction is off, needs only some of the sections."""
 _WIDTH_OFF = 0.3
 """A section whose width is off by more than this share is not the tube alone."""

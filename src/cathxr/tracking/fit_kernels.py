@@ -237,6 +237,7 @@ def gauss_newton(  # type: ignore[no-untyped-def]
     spans,
     control,
     prior,
+    entry,
     cameras,
     at,
     view,
@@ -257,7 +258,8 @@ def gauss_newton(  # type: ignore[no-untyped-def]
 ):
     """Return (control points, normal matrix (3n, 3n), noise) after robust Gauss-Newton; `at`, `end_at` move in place.
 
-    prior (n, n): information on the control points, the same for each axis. noise: by how much residuals are larger
+    prior (n, n): information on the control points, the same for each axis. entry (3, 2): information on the last control
+    point about the origin, and on the step to it from the one before about none, for each axis. noise: by how much residuals are larger
     than their sigmas say.
     """
     control = control.copy()
@@ -299,6 +301,14 @@ def gauss_newton(  # type: ignore[no-untyped-def]
                     for axis in range(3):
                         matrix[3 * i + axis, 3 * j + axis] = prior[i, j]
                         right[3 * i + axis] -= prior[i, j] * control[j, axis]
+        for axis in range(3):
+            last, other = 3 * (size - 1) + axis, 3 * (size - 2) + axis
+            here, step_here = control[size - 1, axis], control[size - 1, axis] - control[size - 2, axis]
+            matrix[last, last] += entry[axis, 0] + entry[axis, 1]
+            matrix[other, other] += entry[axis, 1]
+            matrix[last, other] -= entry[axis, 1]
+            right[last] -= entry[axis, 0] * here + entry[axis, 1] * step_here
+            right[other] += entry[axis, 1] * step_here
         for i in range(len(residuals)):
             scaled = residuals[i] / (sigmas[i] * noise)
             weight = min(1.0, HUBER / max(abs(scaled), 1e-12)) / (sigmas[i] * noise) ** 2

@@ -9,16 +9,12 @@ from cathxr.geometry import CameraModel, resampled, tip_pose
 from cathxr.geometry.calibration_error import camera_errors, point_covariance
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
-from cathxr.tracking.fit import CurveFit, camera_table
+from cathxr.tracking.fit import ALIGNED, HIDDEN_MM, CurveFit, camera_table
 from cathxr.tracking.judge import RESOLVED_MM
 from cathxr.tracking.prediction import Prediction
 from cathxr.tracking.solve import Solution, solved
 
 _DENSE = 240
-_HIDDEN_MM = 25.0
-"""How much of the catheter's beginning may be hidden by the inlet before the entry is a guess too far."""
-_ALIGNED = 0.25
-"""Least cosine between the beginning's direction and the insertion axis for extrapolating the entry."""
 _SAME_CALIBRATION_MM = 3.0
 _LONGEST_FOLD_MM = 5.0
 
@@ -116,7 +112,7 @@ class ModelTracker:
         else:
             dense = _unfolded(dense)
             direction = _mean_direction(dense)
-            if dense[-1, 0] > _HIDDEN_MM or direction[0] > -_ALIGNED:
+            if dense[-1, 0] > HIDDEN_MM or direction[0] > -ALIGNED:
                 return "the catheter's beginning at the inlet is not seen"
             if dense[-1, 0] > 1e-9:
                 dense = np.vstack([dense, dense[-1] - dense[-1, 0] / direction[0] * direction])
@@ -138,7 +134,7 @@ def _unfolded(dense: FloatArray) -> FloatArray:
     """
     steps = np.diff(dense, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    forwards = steps[:, 0] < -_ALIGNED * lengths
+    forwards = steps[:, 0] < -ALIGNED * lengths
     for last in range(len(steps), max(2, len(dense) // 2), -1):
         if forwards[last - 1]:
             folded_mm = float(lengths[last:].sum())

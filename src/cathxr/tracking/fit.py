@@ -85,7 +85,7 @@ def camera_table(cameras: Sequence[CameraModel]) -> FloatArray:
 class Guess:
     """A first guess of the curve: its spline and length, mm; at: each measured point's parameter, view by view.
 
-    A negative parameter is that of a point without a part in the curve. at_inlet: the curve goes on to the inlet, x = 0.
+    A negative parameter is that of a point without a part in the curve. at_inlet: it goes on to the inlet, x = 0.
     """
 
     basis: CubicBasis

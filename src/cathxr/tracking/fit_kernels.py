@@ -11,6 +11,7 @@ from cathxr.tracking.spline import cubic_pieces
 
 HUBER = 2.5
 MAX_NOISE = 50.0
+ROUGH_RADII = 0.25
 _STILL_MM = 4e-3
 """No control point moves by more: what is left is the square of it, and below every noise."""
 _WIDTH_ROUNDS = 2
@@ -202,9 +203,7 @@ def rows_of(  # type: ignore[no-untyped-def]
         piece, values, _, seen_u, seen_v, by_u, by_v = seen(spans, control, cameras, end_view[i], end_at[i])
         du, dv = end[i, 0] - seen_u, end[i, 1] - seen_v
         distance = math.hypot(du, dv)
-        if distance < 1e-3:
-            continue
-        u, v = du / distance, dv / distance
+        u, v = (du / distance, dv / distance) if distance > 1e-3 else (1.0, 0.0)
         _fill(design, count, values, by_u, by_v, u, v)
         pieces[count] = piece
         residuals[count] = distance - balls[end_view[i]] * support(by_u, by_v, u, v)
@@ -256,11 +255,11 @@ def gauss_newton(  # type: ignore[no-untyped-def]
     reach,
     iterations,
 ):
-    """Return (control points, normal matrix (3n, 3n), noise) after robust Gauss-Newton; `at`, `end_at` move in place.
+    """Return (control points, normal matrix, the balls' radii (V,)) after robust Gauss-Newton.
 
-    prior (n, n): information on the control points, the same for each axis. entry (3, 2): information on the last control
-    point about the origin, and on the step to it from the one before about none, for each axis. noise: by how much residuals are larger
-    than their sigmas say.
+    `at` and `end_at` are moved in place; the matrix is (3n, 3n). prior (n, n): information on the control points, the
+    same for each axis. entry (3, 2): information on the last control point about the origin, and on the step to it from
+    the one before about none, for each axis.
     """
     control = control.copy()
     size = len(control)
@@ -293,6 +292,7 @@ def gauss_newton(  # type: ignore[no-untyped-def]
             outlined,
         )
         noise = min(max(1.0, 1.4826 * np.median(np.abs(residuals / sigmas))), MAX_NOISE)
+        _roughen(residuals, sigmas, first_end, end_view, balls, cameras, control)
         matrix[:] = 0.0
         right[:] = 0.0
         for i in range(size):
@@ -332,6 +332,32 @@ def gauss_newton(  # type: ignore[no-untyped-def]
         if not largest < 1e6 or (largest < _STILL_MM and round_ >= _SOFT_ROUNDS):
             break
     return control, matrix, balls
+
+
+@njit(cache=True, nogil=True)
+def _roughen(residuals, sigmas, first_end, end_view, balls, cameras, control):  # type: ignore[no-untyped-def]
+    """Raise the sigmas of a view's outline, in place, where most of it is off: a real end is no perfect ball.
+
+    Up to a quarter of the radius; what is off by more is not the end.
+    """
+    count = len(end_view)
+    for which in range(len(balls)):
+        start = 0
+        while start < count and end_view[start] != which:
+            start += 1
+        stop = start
+        while stop < count and end_view[stop] == which:
+            stop += 1
+        if stop - start < 3:
+            continue
+        first, last = first_end + start, first_end + stop
+        row = cameras[which]
+        x, y, z = control[0]
+        _, _, by_u, by_v, _ = project_one(x, y, z, row[:9].reshape(3, 3), row[9:12], row[12:14], row[14:16], row[16:21])
+        most = ROUGH_RADII * balls[which] * support(by_u, by_v, 1.0, 0.0)
+        spread = 1.4826 * np.median(np.abs(residuals[first:last]))
+        for i in range(first, last):
+            sigmas[i] = min(max(sigmas[i], spread), max(most, sigmas[i]))
 
 
 @njit(cache=True, nogil=True)

@@ -10,7 +10,7 @@ from cathxr.geometry import CameraModel
 from cathxr.tracking.fit import LEAST_OUTLINE, CurveFit
 from cathxr.tracking.judge_kernels import agreement, tip_variance
 
-RESOLVED_MM = 0.3
+RESOLVED_MM = 0.8
 """A tip less sure than this is not where both pictures show it, but where the curve's smoothness puts it."""
 _CORRELATION = 1.1
 """Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of
@@ -24,7 +24,7 @@ _MOST_ADDED_RADII = 2.5
 _CLEAR_CAP = 0.3
 """In one view at least, so much of the end's outline is the rounded end's: else it may be a crossing, and no end."""
 _SEEN_CAP = 5
-_UNSEEN_MM = 0.6
+_UNSEEN_MM = 1.0
 """A tip that one view does not show (fewer points of the outline are the rounded end's) is no surer than this."""
 _LEAST_CAP = 3
 """So many points of the outline on the rounded end show where it is."""

@@ -5,10 +5,13 @@ import math
 import numpy as np
 from numba import njit
 
+from cathxr.tracking.fit_kernels import ROUGH_RADII
 from cathxr.tracking.spline import cubic_pieces
 
 INSIDE_SHARE = 0.1
 MOST_EXCESS = 16.0
+BLUNT_RADII = 0.2
+"""Real catheters' ends are blunter, or slimmer than the shaft, by about this: an outline so far off is still theirs."""
 
 
 @njit(cache=True, nogil=True)
@@ -18,8 +21,9 @@ def agreement(line, curve, half, off, sigma, caps, tolerance):  # type: ignore[n
     line (K, 2) px: the fitted curve, tip first; curve (N, 2) px and half (N,): the measured midline; off, sigma, caps
     (E,): see `CurveFit`. radius: median of half. added: length, px, of midline that the fitted tube does not explain,
     the inlet's end apart. away: of the fitted cap's centre from the midline. inside: how far, at the tenth worst place,
-    the outline lies outside the tube at least. share of the outline, and number of its points on the rounded end, that
-    lie on the tube to `tolerance` px and three sigma. excess: mean square of off / sigma, outliers limited.
+    the outline lies outside the tube at least. share: of the outline that is the tube's, allowing for a blunt end.
+    on_cap: how many of its points lie on the rounded end to `tolerance` px and three sigma. excess: mean square of off
+    / sigma, outliers limited.
     """
     radius = float(np.median(half))
     shown = np.zeros(len(curve), dtype=np.bool_)
@@ -45,11 +49,13 @@ def agreement(line, curve, half, off, sigma, caps, tolerance):  # type: ignore[n
     on_cap = 0
     excess = 0.0
     outside = np.empty(count)
+    spread = min(1.4826 * float(np.median(np.abs(off))), ROUGH_RADII * radius)  # as the fit takes it
     for i in range(count):
         outside[i] = off[i] + 3.0 * sigma[i]
-        excess += min((off[i] / sigma[i]) ** 2, MOST_EXCESS)
-        if abs(off[i]) < 3.0 * sigma[i] + tolerance:
+        excess += min((off[i] / max(sigma[i], spread)) ** 2, MOST_EXCESS)
+        if abs(off[i]) < 3.0 * sigma[i] + tolerance + BLUNT_RADII * radius:
             fitting += 1
+        if abs(off[i]) < 3.0 * sigma[i] + tolerance:
             on_cap += caps[i]
     outside.sort()
     inside = outside[int(INSIDE_SHARE * (count - 1))]

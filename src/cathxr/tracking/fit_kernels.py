@@ -91,7 +91,7 @@ def widths(spans, control, cameras, at, view, normal, half, radius):  # type: ig
             if view[i] != which or at[i] < 0.0 or i == 0 or view[i] != view[i - 1]:
                 continue
             _, _, _, _, _, by_u, by_v = seen(spans, control, cameras, which, at[i])
-            ratios[count] = half[i] / (radius * support(by_u, by_v, normal[i, 0], normal[i, 1]))
+            ratios[count] = half[i] / max(radius * support(by_u, by_v, normal[i, 0], normal[i, 1]), 1e-9)
             count += 1
         if count > 4:
             result[which] = min(max(np.median(ratios[:count]), 0.75), 1.3)

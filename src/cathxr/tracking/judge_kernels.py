@@ -52,7 +52,7 @@ def agreement(line, curve, half, off, sigma, caps, tolerance):  # type: ignore[n
     spread = min(1.4826 * float(np.median(np.abs(off))), ROUGH_RADII * radius)  # as the fit takes it
     for i in range(count):
         outside[i] = off[i] + 3.0 * sigma[i]
-        excess += min((off[i] / max(sigma[i], spread)) ** 2, MOST_EXCESS)
+        excess += min((off[i] / max(sigma[i], spread, 1e-9)) ** 2, MOST_EXCESS)
         if abs(off[i]) < 3.0 * sigma[i] + tolerance + BLUNT_RADII * radius:
             fitting += 1
         if abs(off[i]) < 3.0 * sigma[i] + tolerance:

@@ -15,6 +15,8 @@ from cathxr.tracking.prediction import Prediction
 from cathxr.tracking.solve import Solution, solved
 
 _DENSE = 240
+_PASSING = ("no catheter", "more than one thing looks like a catheter")
+"""Reasons of one view that pass: the other says that the catheter is still there."""
 _SAME_CALIBRATION_MM = 3.0
 _LONGEST_FOLD_MM = 5.0
 
@@ -51,12 +53,17 @@ class ModelTracker:
         detections = [each for each in found if each is not None]
         if len(detections) < len(self._names):
             return self._continuity.lost(observation, "no picture from one camera")
-        for each in detections:
-            if each.reason is not None:
-                return self._continuity.lost(observation, f"{each.reason} ({each.camera})")
+        failed = [each for each in detections if each.reason is not None]
+        if failed:
+            reason = f"{failed[0].reason} ({failed[0].camera})"
+            # one view may lose a catheter that touches itself; where neither sees one there is none
+            if len(failed) < len(detections) and failed[0].reason in _PASSING:
+                return self._continuity.coasting(observation, reason)
+            return self._continuity.lost(observation, reason)
         result = self._solved(observation.t_ns, detections)
         if isinstance(result, str):
-            return self._continuity.lost(observation, result)
+            # both pictures show something: the next pair is looked for where the last good one says
+            return self._continuity.coasting(observation, result)
         solution, shape = result
         roll = observation.roll_rad
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)

@@ -40,7 +40,7 @@ def solved(
     should be, tried first.
     """
     if predicted is not None:
-        fit = fit_curve(table, detections, predicted, radius_mm=radius_mm)
+        fit = _fitted(table, detections, predicted, radius_mm=radius_mm)
         reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm)
         if reason is None and sigma <= RESOLVED_MM:
             return Solution(fit, sigma)
@@ -60,7 +60,7 @@ def solved(
     reasons: list[str] = []
     unresolved = []
     for guess in guesses:
-        fit = fit_curve(table, detections, guess, radius_mm=radius_mm)
+        fit = _fitted(table, detections, guess, radius_mm=radius_mm)
         reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm)
         if reason is not None:
             reasons.append(reason)
@@ -72,7 +72,7 @@ def solved(
     for guess in guesses:
         found = []
         for without, each in enumerate(detections):
-            fit = fit_curve(table, detections, guess, radius_mm=radius_mm, without_end=without)
+            fit = _fitted(table, detections, guess, radius_mm=radius_mm, without_end=without)
             reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm, without=without)
             if reason is None and sigma <= RESOLVED_MM:
                 found.append(Solution(fit, sigma, each.camera))
@@ -81,6 +81,22 @@ def solved(
     if unresolved:
         return min(unresolved, key=lambda each: each.sigma_mm)
     return reasons[0]
+
+
+def _fitted(
+    table: FloatArray,
+    detections: Sequence[Detection],
+    guess: Guess,
+    *,
+    radius_mm: float,
+    without_end: int | None = None,
+) -> CurveFit:
+    """Return the fit; where it runs away, one whose control points are not finite, which `judged` turns down."""
+    try:
+        return fit_curve(table, detections, guess, radius_mm=radius_mm, without_end=without_end)
+    except np.linalg.LinAlgError:
+        nowhere = np.full_like(guess.control, np.inf)
+        return CurveFit(guess.basis, nowhere, np.eye(nowhere.size), np.inf, np.inf)
 
 
 def _guesses(

@@ -71,7 +71,7 @@ def _spread(path, widths, shares):  # type: ignore[no-untyped-def]
     for i in range(1, len(path)):
         along[i] = along[i - 1] + math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
     count = int(min(max(along[-1] / SPACING_PX, 6.0), float(MOST_POINTS)))
-    spacing = along[-1] / (count - 1)
+    spacing = max(along[-1] / (count - 1), 1e-3)
     points, width, share = np.empty((count, 2)), np.empty(count), np.empty(count)
     j = 0
     for i in range(count):
@@ -198,7 +198,7 @@ def end_near(source, centre, direction, radius, plateau, blur):  # type: ignore[
         if front < 5:
             return centre, outline[:0].copy(), -1.0
         rms = math.sqrt(total / front)
-        determinant = jxx * jyy - jxy * jxy
+        determinant = max(jxx * jyy - jxy * jxy, 1e-9)
         step_x, step_y = (jyy * gx - jxy * gy) / determinant, (jxx * gy - jxy * gx) / determinant
         if math.hypot(step_x, step_y) < 0.02:
             break

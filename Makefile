@@ -16,8 +16,8 @@ demo: set-up ## start the live system on the simulated box and print its address
 
 test: set-up-dev ## linters, types, layers, the web client's tests, then pytest (ARGS="..." adds options)
 	@sh tools/system_packages.sh
-	@$(MAKE) lint
-	$(BIN)/python tools/web_client.py test
+	@$(BIN)/python tools/compile_ahead.py & ahead=$$!; \
+	  { $(MAKE) lint && $(BIN)/python tools/web_client.py test && wait $$ahead; } || { kill $$ahead 2>/dev/null; exit 1; }
 	@exec $(BIN)/pytest -n $(JOBS) --dist loadgroup --no-loadscope-reorder $(ARGS)
 
 bench: set-up ## measure speed, latency and load; prints a table (ARGS="..." adds options)

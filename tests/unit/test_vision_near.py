@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from cathxr.app.bench_tracking import scene_pairs
-from cathxr.core import Detection, Image, Observation, Status, Track
+from cathxr.app.offline import track_pairs
+from cathxr.core import Detection, Detector, Image, Observation, Status, Track
 from cathxr.geometry import CameraModel
 from cathxr.storage.rig_file import example_rig
 from cathxr.tracking import make_tracker
@@ -119,3 +120,41 @@ def test_a_tip_that_hides_behind_the_catheter_is_not_called_tracked() -> None:
             assert track.sigma_mm > 0.5
             assert "not resolved" in track.reason
     assert Status.COASTING in statuses
+
+
+def test_where_the_prediction_misleads_the_pair_is_read_whole() -> None:
+    world = TwinWorld(true_rig(example_rig(), 5), seed=5, settings=scene("smooth"))
+    renderers = {each: CameraRenderer(world, each) for each in ("top", "front")}
+    pairs, truths = [], []
+    for seq in range(3):
+        t_ns = 1_000_000_000 + 400_000_000 * seq  # as if pictures between had been lost, and their times not told
+        top, front = (
+            Image(each, seq, 2 * FRAME_NS * seq, renderer.picture(t_ns)) for each, renderer in renderers.items()
+        )
+        pairs.append((top, front))
+        truths.append(world.truth(t_ns).tip_box)
+    detectors = {each: make_detector("model", world.rig_true, each) for each in renderers}
+    tracker = make_tracker("model", world.rig_true)
+    first = tracker.update(_observation(detectors, pairs[0], None))
+    misled = _observation(detectors, pairs[1], first)
+    assert misled.predicted
+    assert tracker.update(misled).status is Status.COASTING
+    whole = _observation(detectors, pairs[1], None)
+    assert not whole.predicted
+    track = tracker.update(whole)
+    fresh = make_tracker("model", world.rig_true)
+    fresh.update(_observation(detectors, pairs[0], None))
+    other = fresh.update(whole)
+    assert track.shape_box is not None
+    assert other.shape_box is not None
+    np.testing.assert_array_equal(track.shape_box, other.shape_box)  # what misled has left no trace
+    for pair, tip_box in zip(track_pairs(world.rig_true, pairs, detectors, tracker), truths, strict=True):
+        assert pair.track.status is Status.TRACKED, pair.track.reason
+        assert pair.track.tip_box is not None
+        assert tip_box is not None
+        assert np.linalg.norm(pair.track.tip_box - tip_box) < 0.1
+
+
+def _observation(detectors: dict[str, Detector], pair: tuple[Image, Image], last: Track | None) -> Observation:
+    found = tuple(detectors[each.camera].detect(each, last) for each in pair)
+    return Observation(pair[0].seq, pair[0].t_ns, found)

@@ -1,6 +1,7 @@
 """The `model` method: two measured midlines in, one catheter in space out."""
 
 import math
+from copy import copy
 
 import numpy as np
 
@@ -46,6 +47,14 @@ class ModelTracker:
 
     def update(self, observation: Observation) -> Track:
         """Return the Track of one observation."""
+        before = copy(self._continuity), copy(self._prediction)
+        track = self._updated(observation)
+        if observation.predicted and track.status is not Status.TRACKED:
+            # what lies near the prediction is no catheter: the pair will be read whole
+            self._continuity, self._prediction = before
+        return track
+
+    def _updated(self, observation: Observation) -> Track:
         missing = missing_reason(observation)
         if missing is not None:
             return self._continuity.coasting(observation, missing)

@@ -55,8 +55,9 @@ class ModelDetector:
 
         With `predicted_box`, the last Track, only pixels near the curve it predicts are read, as long as they agree.
         """
-        repeats = self._repeats.count(image.pixels)
+        repeats = self._repeats.count(image)
         near = None if predicted_box is None else self._found_near(image, predicted_box)
+        predicted = near is not None and near[1]
         if near is not None and near[1]:
             found: Midline | str = near[0]
         else:
@@ -80,6 +81,7 @@ class ModelDetector:
             end_px=found.end_px,
             end_sigma_px=found.end_sigma_px,
             repeats=repeats,
+            predicted=predicted,
         )
 
     def _found_near(self, image: Image, predicted: Track) -> tuple[Midline, bool] | None:

@@ -85,6 +85,7 @@ class Detection:
     across it; empty where a method does not measure them.
     reason: None when found, else why not, as a short phrase ("no catheter", "black picture", ...).
     repeats: how many pictures before this one from the same camera were the same to the last bit.
+    predicted: whether only pixels near the curve that the last Tracks predict were read.
     """
 
     camera: str
@@ -100,6 +101,7 @@ class Detection:
     end_sigma_px: FloatArray = field(default_factory=_none)
     reason: str | None = None
     repeats: int = 0
+    predicted: bool = False
 
     def __post_init__(self) -> None:
         for name, shape in (
@@ -154,6 +156,11 @@ class Observation:
             raise ValueError(f"roll_rad: expected a finite number or None, got {self.roll_rad}")
         if self.roll_predicted and self.roll_rad is None:
             raise ValueError("Observation: expected a roll where one was predicted")
+
+    @property
+    def predicted(self) -> bool:
+        """Whether a view was read only near the curve that the last Tracks predict."""
+        return any(each.predicted for each in self.detections)
 
     def detection(self, camera: str) -> Detection | None:
         """Return the named camera's detection, None where it gave none."""

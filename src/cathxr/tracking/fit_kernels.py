@@ -11,7 +11,12 @@ from cathxr.tracking.spline import cubic_pieces
 
 HUBER = 2.5
 MAX_NOISE = 50.0
-_STILL_MM = 1e-3
+ROUGH_RADII = 0.25
+_STILL_MM = 4e-3
+"""No control point moves by more: what is left is the square of it, and below every noise."""
+_WIDTH_ROUNDS = 2
+_BAND = 11
+"""The lower triangle reaches this far to the left of the diagonal: twelve unknowns meet in one measurement."""
 _LONGEST_STEP = 0.03
 _NEAR_SAMPLES = 32
 _FAR_SAMPLES = 40
@@ -86,7 +91,7 @@ def widths(spans, control, cameras, at, view, normal, half, radius):  # type: ig
             if view[i] != which or at[i] < 0.0 or i == 0 or view[i] != view[i - 1]:
                 continue
             _, _, _, _, _, by_u, by_v = seen(spans, control, cameras, which, at[i])
-            ratios[count] = half[i] / (radius * support(by_u, by_v, normal[i, 0], normal[i, 1]))
+            ratios[count] = half[i] / max(radius * support(by_u, by_v, normal[i, 0], normal[i, 1]), 1e-9)
             count += 1
         if count > 4:
             result[which] = min(max(np.median(ratios[:count]), 0.75), 1.3)
@@ -161,7 +166,7 @@ def rows_of(  # type: ignore[no-untyped-def]
     tip_sigma,
     outlined,
 ):
-    """Return (piece, weights of the 12 unknowns, residual px, sigma px) a measurement, and the first outline row.
+    """Return (piece, weights of the 12 unknowns, residual px, sigma px) of every row, and the first row of an outline.
 
     One row a midline point, along its normal; one an outline point, away from its ball's centre; and one a view without
     an outline, of the cap's centre along the catheter.
@@ -198,9 +203,7 @@ def rows_of(  # type: ignore[no-untyped-def]
         piece, values, _, seen_u, seen_v, by_u, by_v = seen(spans, control, cameras, end_view[i], end_at[i])
         du, dv = end[i, 0] - seen_u, end[i, 1] - seen_v
         distance = math.hypot(du, dv)
-        if distance < 1e-3:
-            continue
-        u, v = du / distance, dv / distance
+        u, v = (du / distance, dv / distance) if distance > 1e-3 else (1.0, 0.0)
         _fill(design, count, values, by_u, by_v, u, v)
         pieces[count] = piece
         residuals[count] = distance - balls[end_view[i]] * support(by_u, by_v, u, v)
@@ -233,6 +236,7 @@ def gauss_newton(  # type: ignore[no-untyped-def]
     spans,
     control,
     prior,
+    entry,
     cameras,
     at,
     view,
@@ -251,19 +255,22 @@ def gauss_newton(  # type: ignore[no-untyped-def]
     reach,
     iterations,
 ):
-    """Return (control points, normal matrix (3n, 3n), noise) after robust Gauss-Newton; `at`, `end_at` move in place.
+    """Return (control points, normal matrix, the balls' radii (V,)) after robust Gauss-Newton.
 
-    prior (n, n): information on the control points, the same for each axis. noise: by how much residuals are larger
-    than their sigmas say.
+    `at` and `end_at` are moved in place; the matrix is (3n, 3n). prior (n, n): information on the control points, the
+    same for each axis. entry (3, 2): information on the last control point about the origin, and on the step to it from
+    the one before about none, for each axis.
     """
     control = control.copy()
     size = len(control)
     matrix = np.empty((3 * size, 3 * size))
     right = np.empty(3 * size)
     noise = 1.0
+    balls = np.full(len(cameras), radius)
     for round_ in range(iterations):
         follow(spans, control, cameras, at, view, curve, outlined)
-        balls = radius * widths(spans, control, cameras, at, view, normal, half, radius)
+        if round_ < _WIDTH_ROUNDS:
+            balls = radius * widths(spans, control, cameras, at, view, normal, half, radius)
         follow_end(spans, control, cameras, end_at, end_view, end, reach, balls)
         pieces, design, residuals, sigmas, first_end = rows_of(
             spans,
@@ -285,6 +292,7 @@ def gauss_newton(  # type: ignore[no-untyped-def]
             outlined,
         )
         noise = min(max(1.0, 1.4826 * np.median(np.abs(residuals / sigmas))), MAX_NOISE)
+        _roughen(residuals, sigmas, first_end, end_view, balls, cameras, control)
         matrix[:] = 0.0
         right[:] = 0.0
         for i in range(size):
@@ -293,6 +301,14 @@ def gauss_newton(  # type: ignore[no-untyped-def]
                     for axis in range(3):
                         matrix[3 * i + axis, 3 * j + axis] = prior[i, j]
                         right[3 * i + axis] -= prior[i, j] * control[j, axis]
+        for axis in range(3):
+            last, other = 3 * (size - 1) + axis, 3 * (size - 2) + axis
+            here, step_here = control[size - 1, axis], control[size - 1, axis] - control[size - 2, axis]
+            matrix[last, last] += entry[axis, 0] + entry[axis, 1]
+            matrix[other, other] += entry[axis, 1]
+            matrix[last, other] -= entry[axis, 1]
+            right[last] -= entry[axis, 0] * here + entry[axis, 1] * step_here
+            right[other] += entry[axis, 1] * step_here
         for i in range(len(residuals)):
             scaled = residuals[i] / (sigmas[i] * noise)
             weight = min(1.0, HUBER / max(abs(scaled), 1e-12)) / (sigmas[i] * noise) ** 2
@@ -302,17 +318,46 @@ def gauss_newton(  # type: ignore[no-untyped-def]
             for a in range(12):
                 part = weight * design[i, a]
                 right[start + a] += part * residuals[i]
-                for b in range(12):
+                for b in range(a + 1):
                     matrix[start + a, start + b] += part * design[i, b]
+        for i in range(3 * size):
+            for j in range(max(0, i - _BAND), i):
+                matrix[j, i] = matrix[i, j]
         step = np.linalg.solve(matrix, right)
         largest = 0.0
         for i in range(size):
             for axis in range(3):
                 control[i, axis] += step[3 * i + axis]
                 largest = max(largest, abs(step[3 * i + axis]))
-        if not largest < 1e6 or largest < _STILL_MM:
+        if not largest < 1e6 or (largest < _STILL_MM and round_ >= _SOFT_ROUNDS):
             break
     return control, matrix, balls
+
+
+@njit(cache=True, nogil=True)
+def _roughen(residuals, sigmas, first_end, end_view, balls, cameras, control):  # type: ignore[no-untyped-def]
+    """Raise the sigmas of a view's outline, in place, where most of it is off: a real end is no perfect ball.
+
+    Up to a quarter of the radius; what is off by more is not the end.
+    """
+    count = len(end_view)
+    for which in range(len(balls)):
+        start = 0
+        while start < count and end_view[start] != which:
+            start += 1
+        stop = start
+        while stop < count and end_view[stop] == which:
+            stop += 1
+        if stop - start < 3:
+            continue
+        first, last = first_end + start, first_end + stop
+        row = cameras[which]
+        x, y, z = control[0]
+        _, _, by_u, by_v, _ = project_one(x, y, z, row[:9].reshape(3, 3), row[9:12], row[12:14], row[14:16], row[16:21])
+        most = ROUGH_RADII * balls[which] * support(by_u, by_v, 1.0, 0.0)
+        spread = 1.4826 * np.median(np.abs(residuals[first:last]))
+        for i in range(first, last):
+            sigmas[i] = min(max(sigmas[i], spread), max(most, sigmas[i]))
 
 
 @njit(cache=True, nogil=True)

@@ -1,5 +1,8 @@
 """The `model` method: two measured midlines in, one catheter in space out."""
 
+import math
+from copy import copy
+
 import numpy as np
 
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
@@ -7,14 +10,15 @@ from cathxr.geometry import CameraModel, resampled, tip_pose
 from cathxr.geometry.calibration_error import camera_errors, point_covariance
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
-from cathxr.tracking.fit import CurveFit, camera_table
-from cathxr.tracking.solve import RESOLVED_MM, Solution, solved
+from cathxr.tracking.fit import ALIGNED, HIDDEN_MM, CurveFit, camera_table
+from cathxr.tracking.judge import RESOLVED_MM
+from cathxr.tracking.prediction import Prediction
+from cathxr.tracking.solve import Solution, solved
 
 _DENSE = 240
-_HIDDEN_MM = 25.0
-"""How much of the catheter's beginning may be hidden by the inlet before the entry is a guess too far."""
-_ALIGNED = 0.25
-"""Least cosine between the beginning's direction and the insertion axis for extrapolating the entry."""
+_PASSING = ("no catheter", "more than one thing looks like a catheter")
+"""Reasons of one view that pass: the other says that the catheter is still there."""
+_SAME_CALIBRATION_MM = 3.0
 _LONGEST_FOLD_MM = 5.0
 
 
@@ -33,13 +37,24 @@ class ModelTracker:
         self._zero, self._roll = rig.zero_direction, rig.roll
         self._points = points
         self._continuity = Continuity()
+        self._prediction = Prediction()
+        self._calibrated: tuple[FloatArray, float] | None = None
 
     def reset(self) -> None:
         """Forget what came before."""
         self._continuity.reset()
+        self._prediction.reset()
 
     def update(self, observation: Observation) -> Track:
         """Return the Track of one observation."""
+        before = copy(self._continuity), copy(self._prediction)
+        track = self._updated(observation)
+        if observation.predicted and track.status is not Status.TRACKED:
+            # what lies near the prediction is no catheter: the pair will be read whole
+            self._continuity, self._prediction = before
+        return track
+
+    def _updated(self, observation: Observation) -> Track:
         missing = missing_reason(observation)
         if missing is not None:
             return self._continuity.coasting(observation, missing)
@@ -47,16 +62,20 @@ class ModelTracker:
         detections = [each for each in found if each is not None]
         if len(detections) < len(self._names):
             return self._continuity.lost(observation, "no picture from one camera")
-        for each in detections:
-            if each.reason is not None:
-                return self._continuity.lost(observation, f"{each.reason} ({each.camera})")
-        result = self._solved(detections)
+        failed = [each for each in detections if each.reason is not None]
+        if failed:
+            reason = f"{failed[0].reason} ({failed[0].camera})"
+            # one view may lose a catheter that touches itself; where neither sees one there is none
+            if len(failed) < len(detections) and failed[0].reason in _PASSING:
+                return self._continuity.coasting(observation, reason)
+            return self._continuity.lost(observation, reason)
+        result = self._solved(observation.t_ns, detections)
         if isinstance(result, str):
-            return self._continuity.lost(observation, result)
+            # both pictures show something: the next pair is looked for where the last good one says
+            return self._continuity.coasting(observation, result)
         solution, shape = result
         roll = observation.roll_rad
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
-        calibration = point_covariance(self._errors, solution.fit.points(np.zeros(1))[0])
         reason = ""
         if solution.sigma_mm > RESOLVED_MM:
             reason = "the tip is not resolved in both views"
@@ -71,19 +90,27 @@ class ModelTracker:
             box_from_tip=tip_pose(shape, zero_direction=self._zero, roll_rad=turn),
             roll_rad=roll,
             roll_predicted=observation.roll_predicted,
-            sigma_mm=float(np.hypot(solution.sigma_mm, np.sqrt(np.trace(calibration)))),
+            sigma_mm=math.hypot(solution.sigma_mm, self._calibration_mm(shape[0])),
         )
         return track if reason else self._continuity.tracked(track)
 
-    def _solved(self, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
+    def _calibration_mm(self, tip_box: FloatArray) -> float:
+        """Return the calibration's part of a tip's sigma; it changes so slowly over the box that it is kept."""
+        if self._calibrated is None or math.dist(self._calibrated[0], tip_box) > _SAME_CALIBRATION_MM:
+            self._calibrated = (tip_box, float(np.sqrt(np.trace(point_covariance(self._errors, tip_box)))))
+        return self._calibrated[1]
+
+    def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
         """Return the fit and its centreline (N, 3) mm, tip first, or why there is none."""
-        solution = solved(self._cameras, self._table, detections, radius_mm=self._radius)
+        predicted = self._prediction.guess(t_ns, self._cameras, detections)
+        solution = solved(self._cameras, self._table, detections, radius_mm=self._radius, predicted=predicted)
         if isinstance(solution, str):
             return solution
         fit = solution.fit
         shape = self._shape(fit)
         if isinstance(shape, str):
             return shape
+        self._prediction.learn(t_ns, shape[1:])
         return solution, shape
 
     def _shape(self, fit: CurveFit) -> FloatArray | str:
@@ -101,7 +128,7 @@ class ModelTracker:
         else:
             dense = _unfolded(dense)
             direction = _mean_direction(dense)
-            if dense[-1, 0] > _HIDDEN_MM or direction[0] > -_ALIGNED:
+            if dense[-1, 0] > HIDDEN_MM or direction[0] > -ALIGNED:
                 return "the catheter's beginning at the inlet is not seen"
             if dense[-1, 0] > 1e-9:
                 dense = np.vstack([dense, dense[-1] - dense[-1, 0] / direction[0] * direction])
@@ -123,7 +150,7 @@ def _unfolded(dense: FloatArray) -> FloatArray:
     """
     steps = np.diff(dense, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    forwards = steps[:, 0] < -_ALIGNED * lengths
+    forwards = steps[:, 0] < -ALIGNED * lengths
     for last in range(len(steps), max(2, len(dense) // 2), -1):
         if forwards[last - 1]:
             folded_mm = float(lengths[last:].sum())

@@ -16,9 +16,9 @@ _WIDEST = 1.45
 _NARROWEST = 0.3
 _SPREAD = 0.3
 _RAYS = 9
-END_RAYS = 21
-END_REACH_RAD = 1.75
-"""The rays around the end reach a little behind its sides, where the tube's own edges begin."""
+END_RAYS = 37
+END_REACH_RAD = 3.1
+"""The rays go all around the end: behind it they meet the sides of a tube that points at the camera."""
 END_FAR = 2.2
 """No outline is looked for farther than this many radii from where the end's centre seems to be."""
 
@@ -229,3 +229,9 @@ def end_outline(
             points[count, 1] = centre[1] + distance * dy
             count += 1
     return points[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def middle_of(values: FloatArray) -> float:
+    """Return the median of (N,)."""
+    return float(np.median(values))

@@ -70,7 +70,7 @@ def board_poses(board: Board, rng: np.random.Generator, *, count: int, camera: R
     return poses
 
 
-def write_boards(folder: Path, board: Board, rig: Rig, *, seed: int) -> None:
+def write_boards(folder: Path, board: Board, rig: Rig, *, seed: int, views: int) -> None:
     """Write the board pictures of each camera into folder/boards/<camera>."""
     texture = board.picture(px_per_mm=_PX_PER_MM, margin_mm=_MARGIN_MM)
     for name, camera in rig.cameras.items():
@@ -83,19 +83,20 @@ def write_boards(folder: Path, board: Board, rig: Rig, *, seed: int) -> None:
             settings=scene("empty_wall"),
             seed=seed,
         )
-        for index, pose in enumerate(board_poses(board, rng, count=VIEWS, camera=camera)):
+        for index, pose in enumerate(board_poses(board, rng, count=views, camera=camera)):
             _write(folder / "boards" / name / f"{index:02d}.png", renderer.picture(pose, number=index))
 
 
-def write_catheter(folder: Path, rig: Rig, *, seed: int) -> None:
+def write_catheter(folder: Path, rig: Rig, *, seed: int, pairs: int) -> None:
     """Write the picture pairs of a moving catheter, and the exact tips, which the commands never see."""
     rows = [("seq", "x_mm", "y_mm", "z_mm")]
     for part, manoeuvre in enumerate(MANOEUVRES):
         settings = dataclasses.replace(scene("smooth"), manoeuvre=manoeuvre)
         world = TwinWorld(rig, seed=seed, settings=settings)
         renderers = {name: CameraRenderer(world, name) for name in rig.cameras}
-        for index in range(PAIRS // len(MANOEUVRES)):
-            seq, t_ns = part * (PAIRS // len(MANOEUVRES)) + index, round(index * 1e9 / RATE_HZ)
+        for index in range(pairs // len(MANOEUVRES)):
+            # However many: over the same stretch of the manoeuvre.
+            seq, t_ns = part * (pairs // len(MANOEUVRES)) + index, round(index * PAIRS / pairs * 1e9 / RATE_HZ)
             for name, renderer in renderers.items():
                 _write(folder / "catheter" / name / f"{seq:04d}.png", renderer.picture(t_ns))
             rows.append((str(seq), *(f"{each:.4f}" for each in world.state(t_ns).shape_box[0])))
@@ -132,17 +133,17 @@ def _tips(path: Path, column: str) -> dict[int, FloatArray]:
     return {int(row["seq"]): np.array([float(row[f"{column}{axis}_mm"]) for axis in "xyz"]) for row in rows}
 
 
-def make(folder: Path, seed: int) -> None:
+def make(folder: Path, seed: int, *, views: int = VIEWS, pairs: int = PAIRS) -> None:
     """Write everything."""
     nominal = example_rig()
     rig = unknown_box(nominal, seed)
     folder.mkdir(parents=True, exist_ok=True)
     write_rig(folder / "rig.toml", nominal)
-    write_boards(folder, parse_board(BOARD), rig, seed=seed)
+    write_boards(folder, parse_board(BOARD), rig, seed=seed, views=views)
     world = TwinWorld(rig, seed=seed, settings=scene("pillars"))
     for name in rig.cameras:
         _write(folder / "markers" / f"{name}.png", CameraRenderer(world, name).picture(0))
-    write_catheter(folder, rig, seed=seed)
+    write_catheter(folder, rig, seed=seed, pairs=pairs)
     (folder / "commands.sh").write_text(commands(folder, seed), encoding="utf-8")
 
 
@@ -157,11 +158,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--views", type=int, default=VIEWS, help="Pictures of the board before each camera.")
+    parser.add_argument("--pairs", type=int, default=PAIRS, help="Picture pairs of the catheter.")
     parser.add_argument("--compare", action="store_true", help="Compare the tracked tips with the true ones.")
     parser.add_argument("--json", action="store_true", help="With --compare: print the figures as JSON.")
     given = parser.parse_args()
     if not given.compare:
-        make(given.folder, given.seed)
+        make(given.folder, given.seed, views=given.views, pairs=given.pairs)
         print(commands(given.folder, given.seed), end="")
         return
     errors, lost = compare(given.folder)

@@ -20,14 +20,20 @@ settings.load_profile("ci" if UNDER_CI else "local")
 _NAMES = {"chromium": ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")}
 
 
+# Tests of these folders run real processes and threads against the clock: one at a time, with nothing beside them.
+_LIVE = ("e2e", "firmware", "contract", "runtime")
 # Tests of these folders share what takes long to make, and so run in one process.
-_TOGETHER = ("calibration_check", "firmware", "server")
+_TOGETHER = ("calibration_check",)
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Let the tests of a file run in one process where several run at once (`make test` does so)."""
+    """Mark live tests, and let the others of a file run in one process where several run at once (see the Makefile)."""
     for item in items:
-        shared = [name for name in item.path.parent.parts if name in _TOGETHER]
+        folders = item.path.parent.relative_to(ROOT).parts
+        if any(each in folders for each in _LIVE):
+            item.add_marker("live")
+        shared = [each for each in folders if each in _TOGETHER]
         item.add_marker(pytest.mark.xdist_group(shared[0] if shared else item.path.relative_to(ROOT).as_posix()))
 
 

@@ -8,7 +8,7 @@ export default defineConfig({
   build: {
     outDir: "../src/cathxr/web_client",
     emptyOutDir: true,
-    rolldownOptions: { input: ["index.html", "calibrate.html"] },
+    rolldownOptions: { input: ["index.html", "calibrate.html", "heart.html"] },
     target: "es2022",
     assetsInlineLimit: 0, // the server's content policy lets nothing in but files of its own
     chunkSizeWarningLimit: 900,
@@ -21,6 +21,7 @@ export default defineConfig({
       "/cameras": { target: LIVE, changeOrigin: true },
       "/api": { target: LIVE, changeOrigin: true },
       "/calibration/": { target: LIVE, changeOrigin: true },
+      "/heart/": { target: LIVE, changeOrigin: true },
     },
   },
   test: { include: ["tests/**/*.test.ts"], environment: "node" },

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-_BINARY = {".glb", ".gz", ".ico", ".jpg", ".mcap", ".mkv", ".mp4", ".png", ".stl", ".webp", ".woff2"}
+_BINARY = {".glb", ".gz", ".ico", ".jpg", ".mcap", ".mkv", ".mp4", ".npz", ".png", ".stl", ".webp", ".woff2"}
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import json
 import shutil
 import struct
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from cathxr.core import ConfigError, DataError
 from cathxr.heart import HeartFolder, builtin_path, heart_toml, read_heart
 from cathxr.heart.glb import read_glb, surface
 from cathxr.heart.surface import Surface, enclosed_volume_ml, rim_edges
+from cathxr.heart.volume import Technical
 from cathxr.registration import Kind, read_registration
 
 CHAMBERS_ML = {"left_ventricle": 120.6, "right_ventricle": 186.2, "left_atrium": 68.3, "right_atrium": 111.4}
@@ -28,9 +30,9 @@ def copy(tmp_path: Path) -> Path:
     return Path(shutil.copytree(builtin_path(), tmp_path / "heart"))
 
 
-def part(heart: HeartFolder, key: str) -> Surface:
+def part(heart: HeartFolder, key: str, *, with_caps: bool = False) -> Surface:
     document, binary = read_glb(heart.glb)
-    return Surface(*surface(document, binary, heart.structures[key].node))
+    return Surface(*surface(document, binary, heart.structures[key].node, with_caps=with_caps))
 
 
 def json_chunk(path: Path) -> dict[str, Any]:
@@ -66,7 +68,7 @@ def test_glb_is_small_and_its_parts_are_those_of_heart_toml(heart: HeartFolder) 
     triangles = sum(
         document["accessors"][mesh["primitives"][0]["indices"]]["count"] // 3 for mesh in document["meshes"]
     )
-    assert 10_000 < triangles < 60_000
+    assert 20_000 < triangles < 45_000  # the walls of a budget of 40,000
     assert all({"POSITION", "NORMAL"} <= set(mesh["primitives"][0]["attributes"]) for mesh in document["meshes"])
 
 
@@ -100,9 +102,12 @@ def test_normals_are_unit_and_point_out_of_the_surface(heart: HeartFolder) -> No
 
 def test_volumes_are_those_of_the_source(heart: HeartFolder) -> None:
     for key, volume in CHAMBERS_ML.items():
-        assert heart.structures[key].volume_ml == pytest.approx(volume, abs=0.05)  # given to one decimal
-        # Smoothing and simplifying may change what is shown by 1 %, the budget that issue 5 sets for surfaces.
-        assert enclosed_volume_ml(part(heart, key)) == pytest.approx(volume, rel=0.01)
+        stated = heart.structures[key].volume_ml
+        # The pools were grown to meet in their valves' planes: less than 1 %, which the source's note states.
+        assert stated == pytest.approx(volume, rel=0.01)
+        # Smoothing and simplifying may change what is shown by 1 %, the budget that issue 5 sets for surfaces. Walls
+        # and caps together are closed, up to the rims' vertices that are there twice.
+        assert enclosed_volume_ml(part(heart, key, with_caps=True)) == pytest.approx(stated, rel=0.01)
 
 
 def test_every_opening_is_a_hole_of_its_structure(heart: HeartFolder) -> None:
@@ -110,16 +115,18 @@ def test_every_opening_is_a_hole_of_its_structure(heart: HeartFolder) -> None:
         shape = part(heart, opening.structure)
         rim = shape.vertices_mm[np.unique(rim_edges(shape))]
         distance = np.linalg.norm(rim - opening.centroid_mm, axis=1)
-        # A rim is no circle: its points lie between half and 1.6 times the equal-area radius (oval veins).
+        # A rim is no circle: its points lie between 0.3 and 1.6 times the equal-area radius (oval veins, the mitral
+        # valve's orifice in a pool that is not convex there).
         near = distance < 1.6 * opening.diameter_mm / 2
         assert near.sum() > 8, opening.key
-        # What lies close to the centre has been cut away.
+        # What lies close to the centre has been cut away; the aorta's stub ends on a bent line.
         gap = np.linalg.norm(shape.vertices_mm - opening.centroid_mm, axis=1).min()
-        assert gap > 0.2 * opening.diameter_mm, opening.key
+        assert gap > 0.15 * opening.diameter_mm, opening.key
         inwards = opening.centroid_mm - 3.0 * opening.normal
         outwards = opening.centroid_mm + 3.0 * opening.normal
-        assert is_inside(shape, inwards), opening.key
-        assert not is_inside(shape, outwards), opening.key
+        whole = part(heart, opening.structure, with_caps=True)
+        assert is_inside(whole, inwards), opening.key
+        assert not is_inside(whole, outwards), opening.key
 
 
 def test_inlet_is_at_the_inferior_vena_cava_and_x_runs_through_the_right_atrium(heart: HeartFolder) -> None:
@@ -177,6 +184,15 @@ def test_written_toml_reads_back_the_same(heart: HeartFolder, copy: Path) -> Non
         ('structure = "right_atrium"', 'structure = "spleen"', "which is not there"),
         ("[landmarks.left_ventricle_apex]", "[landmarks.mitral_valve]", "both an opening and a landmark"),
         ("[source]", "[source", "not valid TOML"),
+        ('curve = "asinh"', 'curve = "linear"', "acoustic.channels.impedance.curve is wrong"),
+        ('file = "acoustic.bin.gz"', 'file = "/etc/passwd"', "acoustic.file is wrong"),
+        ("[acoustic.channels.scatter]", "[acoustic.channels.colour]", "acoustic.channels"),
+        ("    1.41", "    0.0001\n    1.41", "not valid TOML"),
+        (
+            "[acoustic]",
+            '[technical]\nmodality = "CT"\npatient = "x"\n[acoustic]',
+            "patient is not a key of this format",
+        ),
     ],
 )
 def test_bad_heart_toml_is_refused_in_one_sentence(copy: Path, old: str, new: str, sentence: str) -> None:
@@ -191,13 +207,33 @@ def test_bad_heart_toml_is_refused_in_one_sentence(copy: Path, old: str, new: st
     assert "\n" not in str(caught.value)
 
 
+def test_what_a_series_says_is_written_and_read(heart: HeartFolder, copy: Path) -> None:
+    said = Technical("CT", phase="75 % of R-R", slice_thickness_mm=0.6, contrast=True, remarks=("two slices missing",))
+    (copy / "heart.toml").write_text(heart_toml(replace(heart, technical=said)), encoding="utf-8")
+    assert read_heart(copy).technical == said
+    assert heart.technical is None
+
+
+def test_acoustic_volume_has_every_channel_missing_none(copy: Path) -> None:
+    toml = copy / "heart.toml"
+    text = toml.read_text()
+    start = text.index("[acoustic.channels.scatter]")
+    toml.write_text(text[:start] + text[text.index("[acoustic.channels.attenuation]") :])
+    with pytest.raises(ConfigError, match="acoustic is wrong: channels: expected impedance"):
+        read_heart(copy)
+
+
 def test_missing_folder_and_files_are_named(copy: Path, tmp_path: Path) -> None:
     with pytest.raises(DataError, match=r"heart\.toml"):
         read_heart(tmp_path / "nowhere")
     (copy / "heart.toml").write_text(
-        (copy / "heart.toml").read_text().replace("[source]", 'labels = "l.nii.gz"\n[source]')
+        (copy / "heart.toml").read_text().replace('labels = "labels.nii.gz"', 'labels = "l.nii.gz"')
     )
     with pytest.raises(DataError, match=r"l\.nii\.gz is missing"):
+        read_heart(copy)
+    shutil.copy(copy / "labels.nii.gz", copy / "l.nii.gz")
+    (copy / "acoustic.bin.gz").unlink()
+    with pytest.raises(DataError, match=r"acoustic\.bin\.gz is missing"):
         read_heart(copy)
     (copy / "heart.glb").unlink()
     with pytest.raises(DataError, match=r"heart\.glb cannot be read"):

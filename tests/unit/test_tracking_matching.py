@@ -116,17 +116,16 @@ def test_no_other_monotone_matching_is_cheaper(shape: tuple[int, int]) -> None:
     squared = np.minimum(np.square(table / SIGMA), 25.0)
 
     def cost(way: list[tuple[int, int]]) -> float:
-        total = squared[way[0]]
+        total = squared[way[0]] + 4.0 * sum(way[0])  # points before the first pair have no partner
         for here, there in pairwise(way):
             both = there[0] > here[0] and there[1] > here[1]
             total += squared[there] if both else 0.5 * squared[there] + 0.02
         return float(total)
 
     def ways(here: tuple[int, int]) -> list[list[tuple[int, int]]]:
-        if here == (0, 0):
-            return [[here]]
+        begun = [[here]] if min(here) == 0 else []
         before = [(here[0] - 1, here[1] - 1), (here[0] - 1, here[1]), (here[0], here[1] - 1)]
-        return [[*way, here] for each in before if min(each) >= 0 for way in ways(each)]
+        return begun + [[*way, here] for each in before if min(each) >= 0 for way in ways(each)]
 
     ends = {(shape[0] - 1, j) for j in range(shape[1])} | {(i, shape[1] - 1) for i in range(shape[0])}
     best = {end: min(cost(way) for way in ways(end)) for end in ends}
@@ -139,3 +138,10 @@ def test_no_other_monotone_matching_is_cheaper(shape: tuple[int, int]) -> None:
     assert cost(got) == pytest.approx(best[got[-1]], rel=1e-12)
     used_up = [shape[axis] for axis in range(2) if got[-1][axis] == shape[axis] - 1]
     assert min(cost(got) / each for each in used_up) == pytest.approx(per_point, rel=1e-12)
+
+
+def test_what_only_one_view_sees_of_the_tip_has_no_partner() -> None:
+    # The second curve begins 5 mm across the epipolar lines after the first: its tip is hidden there.
+    across = np.linspace(0.0, 60.0, 61)
+    result = match(distances(across, across[5:]), SIGMA)
+    np.testing.assert_array_equal(result.pairs, np.stack([np.arange(5, 61), np.arange(56)], axis=1))

@@ -1,11 +1,12 @@
-"""Serves a calibration with its page until a person ends it: what all live calibrations of the command line share."""
+"""Serves a page until a person ends it: what all live calibrations and other guided commands share."""
 
 import sys
 import threading
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol, Self
 
 import click
+from fastapi import APIRouter
 
 from cathxr.app.page_options import PageChoice
 from cathxr.app.run_command import leave, open_browser, stop_signal
@@ -15,7 +16,7 @@ from cathxr.runtime.calibration_running import RunningCalibration
 from cathxr.runtime.calibration_task import Ending, Task
 from cathxr.wire.console import access_text
 from cathxr.wire.hub import Hub
-from cathxr.wire.messages import Command
+from cathxr.wire.messages import Command, SceneDescription
 from cathxr.wire.scene import scene_description
 from cathxr.wire.server import Lan, LiveServer
 
@@ -23,6 +24,17 @@ PAGE = "calibrate.html"
 _POLL_S = 0.25
 _LAST_WORDS_S = 1.0
 """How long the server stays after the end, so that every page learns of it."""
+
+
+class RunningPage(Protocol):
+    """What runs behind a page. Entering starts it."""
+
+    def __enter__(self) -> Self: ...
+    @property
+    def ending(self) -> Ending | None: ...
+    def wait(self, timeout_s: float) -> bool: ...
+    def stop(self) -> bool: ...
+    def handle(self, name: str, args: Mapping[str, Any]) -> Mapping[str, Any]: ...
 
 
 def serve_calibration(
@@ -66,6 +78,34 @@ def serve_running(
 
     Raises: as `serve_calibration`.
     """
+    ending = serve_page(
+        make_running, scene=scene_description(rig, kind), file=PAGE, cameras=cameras, clock=clock, page=page,
+        title=f"{title} Ctrl-C ends it without writing anything.",
+    )  # fmt: skip
+    if not ending.saved:
+        raise CalibrationError(ending.sentence)
+    return ending
+
+
+def serve_page(
+    make_running: Callable[[Hub], RunningPage],
+    *,
+    scene: SceneDescription,
+    file: str,
+    title: str,
+    clock: Clock,
+    page: PageChoice,
+    cameras: tuple[str, ...] = (),
+    routers: Sequence[APIRouter] = (),
+) -> Ending:
+    """Run whatever `make_running` makes with the page `file` until a person ends it, and return how it ended.
+
+    title: the first line on the console. cameras: whose pictures are served; routers: what else is.
+
+    Raises:
+        CathxrError: it could not start, or the server died.
+        KeyboardInterrupt: Ctrl-C or SIGTERM.
+    """
     hub = Hub()
     live = make_running(hub)
 
@@ -73,19 +113,19 @@ def serve_running(
         return live.handle(command.name, command.args)
 
     server = LiveServer(
-        hub, scene_description(rig, kind), commands=commands, clock=clock, port=page.port,
-        lan=Lan() if page.lan else None, cameras=cameras,
+        hub, scene, commands=commands, clock=clock, port=page.port,
+        lan=Lan() if page.lan else None, cameras=cameras, routers=routers,
     )  # fmt: skip
     ending, ended = None, True
     with stop_signal() as stopping:
         server.start()
         try:
             live.__enter__()
-            click.echo(f"{title} Ctrl-C ends it without writing anything.")
+            click.echo(title)
             click.echo(access_text(server, asked_port=page.port))
-            click.echo(f"Open {server.url}/{PAGE}")
+            click.echo(f"Open {server.url}/{file}")
             sys.stdout.flush()
-            open_browser(f"{server.url}/{PAGE}", wanted=page.browser)
+            open_browser(f"{server.url}/{file}", wanted=page.browser)
             ending = _wait(stopping, server, live)
         finally:
             closing = threading.Thread(target=server.stop, name="stop-server")
@@ -99,8 +139,6 @@ def serve_running(
         _tell_and_leave(ending)
     if ending is None:
         raise KeyboardInterrupt
-    if not ending.saved:
-        raise CalibrationError(ending.sentence)
     return ending
 
 
@@ -115,7 +153,7 @@ def compiled(work: Callable[[], object]) -> None:
         said.cancel()
 
 
-def _wait(stopping: threading.Event, server: LiveServer, live: RunningCalibration) -> Ending | None:
+def _wait(stopping: threading.Event, server: LiveServer, live: RunningPage) -> Ending | None:
     """Return how it ended, None when told to stop.
 
     Raises:
@@ -126,7 +164,7 @@ def _wait(stopping: threading.Event, server: LiveServer, live: RunningCalibratio
             stopping.wait(_LAST_WORDS_S)
             return live.ending
         if not server.running:
-            raise CathxrError(f"The server has stopped ({server.failure}); start the calibration again.")
+            raise CathxrError(f"The server has stopped ({server.failure}); start the command again.")
     return None
 
 

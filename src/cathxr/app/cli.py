@@ -19,6 +19,8 @@ _COMMANDS = {
     "replay": ("replay_command", "replay", "Play a session on the page, or check that it replays exactly."),
     "export": ("export_command", "export", "Give a session out in another form."),
     "calibrate": ("calibrate_command", "calibrate", "Measure the rig: lenses, poses, timing; check what was measured."),
+    "heart": ("heart_command", "heart", "Build a heart from a CT: look, build, correct."),
+    "register": ("register_command", "register", "Find where the box lies in the heart, and how well."),
     "doctor": ("doctor_command", "doctor", "Check what is connected and set up: encoder."),
     "bench": ("bench_command", "bench", "Measure speed, latency, load and accuracy on this machine."),
 }

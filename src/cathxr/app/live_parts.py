@@ -186,13 +186,7 @@ def _scene(
             for key, each in heart.structures.items()
         ],
         attribution=f"{heart.source.title}; {heart.source.authors}; {heart.source.licence}",
-        registration=RegistrationDescription(
-            kind=registration.kind.value,
-            ct_from_box=pose_description(registration.ct_from_box),
-            scale=registration.scale,
-            fre_mm=registration.fre_mm,
-            tre_mm=registration.tre_mm,
-        ),
+        registration=_registration_description(registration),
     )
     targets = []
     for key, point in heart.points_ct.items():
@@ -202,6 +196,25 @@ def _scene(
             targets.append(TargetDescription(name=key, position_mm=(x, y, z), radius_mm=_TARGET_RADIUS_MM))
     files = {"/scene/heart.glb": heart.glb}
     return scene_description(rig, kind, heart=description, targets=targets, twin=twin), files
+
+
+def _registration_description(registration: Registration) -> RegistrationDescription:
+    """Return a registration as the scene tells it."""
+    linear = None
+    if registration.linear is not None:
+        rows = [(float(x), float(y), float(z)) for x, y, z in registration.linear]
+        linear = (rows[0], rows[1], rows[2])
+    return RegistrationDescription(
+        kind=registration.kind.value,
+        ct_from_box=pose_description(registration.ct_from_box),
+        scale=registration.scale,
+        linear=linear,
+        fre_mm=registration.fre_mm,
+        tre_mm=registration.tre_mm,
+        predicted_tre_mm=registration.predicted_tre_mm,
+        worst_tre_mm=registration.worst_tre_mm,
+        date=registration.date,
+    )
 
 
 def _registration(heart: HeartFolder) -> Registration:

@@ -43,9 +43,14 @@ def track_pairs(
     tracker.reset()
     last: Track | None = None
     for seq, (top, front) in enumerate(pairs):
-        detections = (detectors["top"].detect(top, last), detectors["front"].detect(front, last))
-        observation = Observation(seq, top.t_ns, detections, front.t_ns - top.t_ns, _roll_rad(rig, counts, top.t_ns))
-        track = tracker.update(observation)
+        roll_rad = _roll_rad(rig, counts, top.t_ns)
+        # near the prediction first, and where that makes no good Track, in the whole pictures
+        for predicted in (last, None):
+            detections = (detectors["top"].detect(top, predicted), detectors["front"].detect(front, predicted))
+            observation = Observation(seq, top.t_ns, detections, front.t_ns - top.t_ns, roll_rad)
+            track = tracker.update(observation)
+            if track.status is Status.TRACKED or not observation.predicted:
+                break
         last = None if track.status is Status.LOST else track
         yield TrackedPair(top, front, observation, track)
 

@@ -83,7 +83,8 @@ class Detector(Protocol):
 class Tracker(Protocol):
     """Turns Observations into Tracks.
 
-    A pure state machine: the same Observations after `reset` give the same Tracks.
+    A pure state machine: the same Observations after `reset` give the same Tracks. An Observation that was read near
+    the prediction and makes no tracked Track leaves it as it was: the pair is to be read whole, and given again.
     """
 
     def update(self, observation: Observation) -> Track: ...

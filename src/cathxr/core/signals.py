@@ -81,8 +81,11 @@ class Detection:
     half_width_px (N,): half of the silhouette's width along the normal.
     tip_px (2,): the silhouette's most distal point, on the midline's continuation; None where nothing was found.
     tip_sigma_px: standard deviation of tip_px along the midline.
+    end_px (M, 2), end_sigma_px (M,): points of the silhouette's outline around its end, with their standard deviation
+    across it; empty where a method does not measure them.
     reason: None when found, else why not, as a short phrase ("no catheter", "black picture", ...).
     repeats: how many pictures before this one from the same camera were the same to the last bit.
+    predicted: whether only pixels near the curve that the last Tracks predict were read.
     """
 
     camera: str
@@ -94,8 +97,11 @@ class Detection:
     half_width_px: FloatArray = field(default_factory=_none)
     tip_px: FloatArray | None = None
     tip_sigma_px: float | None = None
+    end_px: FloatArray = field(default_factory=_none_px)
+    end_sigma_px: FloatArray = field(default_factory=_none)
     reason: str | None = None
     repeats: int = 0
+    predicted: bool = False
 
     def __post_init__(self) -> None:
         for name, shape in (
@@ -103,16 +109,20 @@ class Detection:
             ("normal_px", (None, 2)),
             ("sigma_px", (None,)),
             ("half_width_px", (None,)),
+            ("end_px", (None, 2)),
+            ("end_sigma_px", (None,)),
         ):
             object.__setattr__(self, name, checked(name, getattr(self, name), shape))
         count = len(self.curve_px)
         if not (len(self.normal_px) == len(self.sigma_px) == len(self.half_width_px) == count):
             raise ValueError(f"Detection: expected {count} normals, sigmas and half widths, one for each point")
+        if len(self.end_px) != len(self.end_sigma_px):
+            raise ValueError(f"Detection: expected {len(self.end_px)} sigmas of the end's outline, one for each point")
         if self.tip_px is not None:
             object.__setattr__(self, "tip_px", checked("tip_px", self.tip_px, (2,)))
         if self.tip_sigma_px is not None and not (np.isfinite(self.tip_sigma_px) and self.tip_sigma_px >= 0):
             raise ValueError(f"tip_sigma_px: expected a finite number of at least 0, got {self.tip_sigma_px}")
-        if (self.sigma_px < 0).any() or (self.half_width_px < 0).any():
+        if any((each < 0).any() for each in (self.sigma_px, self.half_width_px, self.end_sigma_px)):
             raise ValueError("Detection: expected sigmas and half widths of at least 0")
         found = self.reason is None
         given = (self.tip_px is not None, self.tip_sigma_px is not None, count > 0)
@@ -146,6 +156,11 @@ class Observation:
             raise ValueError(f"roll_rad: expected a finite number or None, got {self.roll_rad}")
         if self.roll_predicted and self.roll_rad is None:
             raise ValueError("Observation: expected a roll where one was predicted")
+
+    @property
+    def predicted(self) -> bool:
+        """Whether a view was read only near the curve that the last Tracks predict."""
+        return any(each.predicted for each in self.detections)
 
     def detection(self, camera: str) -> Detection | None:
         """Return the named camera's detection, None where it gave none."""

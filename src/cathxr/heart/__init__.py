@@ -3,9 +3,10 @@
 from pathlib import Path
 
 from cathxr.heart.folder import heart_toml, read_heart
-from cathxr.heart.model import HeartFolder, HeartSource, Landmark, Opening, Structure
+from cathxr.heart.model import AcousticFile, HeartFolder, HeartSource, Landmark, Opening, Structure
 
 __all__ = [
+    "AcousticFile",
     "HeartFolder",
     "HeartSource",
     "Landmark",

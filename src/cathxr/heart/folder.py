@@ -10,14 +10,17 @@ import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from cathxr.core import ConfigError, DataError
+from cathxr.heart.acoustic_codes import CHANNELS, Scale
 from cathxr.heart.glb import node_names, read_glb
-from cathxr.heart.model import HeartFolder, HeartSource, Landmark, Opening, Structure
+from cathxr.heart.model import AcousticFile, HeartFolder, HeartSource, Landmark, Opening, Structure
+from cathxr.heart.volume import Technical
 
 SCHEMA = "cathxr-heart/1"
 
 _Text = Annotated[str, Field(min_length=1)]
 _Key = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")]
 _Point = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
+_Row = Annotated[list[FiniteFloat], Field(min_length=4, max_length=4)]
 _FileName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9_.\-]*$")]
 
 
@@ -56,6 +59,33 @@ class _Landmark(_Table):
     position_mm: _Point
 
 
+class _Scale(_Table):
+    curve: Literal["square", "asinh"]
+    unit: _Text
+    high: FiniteFloat
+    low: FiniteFloat = 0.0
+    centre: Annotated[FiniteFloat, Field(gt=0.0)] = 1.0
+    width: Annotated[FiniteFloat, Field(gt=0.0)] = 1.0
+
+
+class _Acoustic(_Table):
+    file: _FileName
+    shape: Annotated[list[Annotated[int, Field(ge=1, le=512)]], Field(min_length=3, max_length=3)]
+    ct_from_voxel: Annotated[list[_Row], Field(min_length=4, max_length=4)]
+    table: _Text
+    channels: dict[Literal["impedance", "scatter", "attenuation", "interface"], _Scale]
+
+
+class _Technical(_Table):
+    modality: _Text
+    phase: str = ""
+    kernel: str = ""
+    slice_thickness_mm: Annotated[FiniteFloat, Field(gt=0.0)] | None = None
+    tube_voltage_kv: Annotated[FiniteFloat, Field(gt=0.0)] | None = None
+    contrast: bool | None = None
+    remarks: list[str] = Field(default_factory=list)
+
+
 class _Document(_Table):
     schema_name: Literal["cathxr-heart/1"] = Field(alias="schema")
     name: _Text
@@ -65,6 +95,8 @@ class _Document(_Table):
     structures: Annotated[dict[_Key, _Structure], Field(min_length=1)]
     openings: dict[_Key, _Opening] = Field(default_factory=dict)
     landmarks: dict[_Key, _Landmark] = Field(default_factory=dict)
+    acoustic: _Acoustic | None = None
+    technical: _Technical | None = None
 
 
 def read_heart(path: Path | str) -> HeartFolder:
@@ -89,6 +121,7 @@ def read_heart(path: Path | str) -> HeartFolder:
     labels = None if document.labels is None else folder / document.labels
     if labels is not None and not labels.is_file():
         raise DataError(f"{labels} is missing, though heart.toml names it; put it there or take `labels` out.")
+    acoustic = None if document.acoustic is None else _acoustic(toml, folder, document.acoustic)
     registration = folder / "registration.toml"
     return HeartFolder(
         path=folder,
@@ -102,6 +135,8 @@ def read_heart(path: Path | str) -> HeartFolder:
         },
         labels=labels,
         registration=registration if registration.is_file() else None,
+        acoustic=acoustic,
+        technical=None if document.technical is None else _technical(document.technical),
     )
 
 
@@ -125,12 +160,52 @@ def heart_toml(heart: HeartFolder) -> str:
     document["landmarks"] = {
         key: {"name": each.name, "position_mm": each.position_mm.tolist()} for key, each in heart.landmarks.items()
     }
+    if heart.acoustic is not None:
+        document["acoustic"] = _acoustic_table(heart.acoustic)
+    if heart.technical is not None:
+        said = {name: value for name, value in vars(heart.technical).items() if value not in (None, "", ())}
+        document["technical"] = said | ({"remarks": list(said["remarks"])} if "remarks" in said else {})
     return tomli_w.dumps(document)
 
 
 def _without_key(structure: Structure) -> dict[str, Any]:
     """Return a structure's fields as TOML writes them: without its key, and without what is absent."""
     return {name: value for name, value in vars(structure).items() if name != "key" and value is not None}
+
+
+def _acoustic_table(acoustic: AcousticFile) -> dict[str, Any]:
+    """Return heart.toml's table of the acoustic volume."""
+    return {
+        "file": acoustic.file.name,
+        "shape": list(acoustic.shape),
+        "ct_from_voxel": np.round(acoustic.ct_from_voxel, 9).tolist(),
+        "table": acoustic.table,
+        "channels": {channel: _scale_table(acoustic.scales[channel]) for channel in CHANNELS},
+    }
+
+
+def _scale_table(scale: Scale) -> dict[str, Any]:
+    """Return a scale's table, without what its curve does not use."""
+    unused = ("low", "centre", "width") if scale.curve == "square" else ()
+    return {name: value for name, value in vars(scale).items() if name not in unused}
+
+
+def _acoustic(toml: Path, folder: Path, table: _Acoustic) -> AcousticFile:
+    """Return the acoustic volume's description from its table."""
+    file = folder / table.file
+    if not file.is_file():
+        raise DataError(f"{file} is missing, though heart.toml names it; put it there or take [acoustic] out.")
+    scales: dict[str, Scale] = {channel: Scale(**scale.model_dump()) for channel, scale in table.channels.items()}
+    k, j, i = table.shape
+    try:
+        return AcousticFile(file, (k, j, i), np.array(table.ct_from_voxel), scales, table.table)
+    except ValueError as error:
+        raise ConfigError(f"{toml}: acoustic is wrong: {error}. The format is in docs/formats.md.") from error
+
+
+def _technical(table: _Technical) -> Technical:
+    """Return what is said about the series."""
+    return Technical(**{**table.model_dump(), "remarks": tuple(table.remarks)})
 
 
 def _parsed(path: Path) -> dict[str, Any]:

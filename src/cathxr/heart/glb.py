@@ -1,5 +1,8 @@
 """Reads and writes binary glTF 2.0 (GLB): one named, coloured mesh per structure, and nothing a plain loader lacks.
 
+A mesh's first primitive is the structure's walls. Where the structure meets other blood or a vessel was cut, a second
+one with the material `caps` closes it: both together are watertight, and a client may leave the caps out.
+
 Only core glTF is written (float32 positions and normals, uint16 or uint32 indices), so that any client reads it.
 glTF's frame: metres, y up; `gltf = (x, z, -y) / 1000` of `ct` (LPS, mm): y is superior, z anterior, x patient left.
 Source: Khronos glTF 2.0 specification, sections 3.6 (buffers), 3.7 (geometry) and 4.4 (GLB layout).
@@ -25,12 +28,32 @@ _ARRAY_BUFFER, _ELEMENT_BUFFER = 34962, 34963
 _INDEX_TYPES: dict[int, np.dtype[Any]] = {_UINT16: np.dtype("<u2"), _UINT32: np.dtype("<u4")}
 
 
+CAPS = "caps"
+"""The name of the material of every structure's caps."""
+_CAPS_COLOUR, _CAPS_OPACITY = "#c9ccd2", 0.2
+
+
 @dataclass(frozen=True, eq=False)
-class Part:
-    """One named surface in `ct`.
+class Patch:
+    """Triangles in `ct`.
 
     vertices_mm (N, 3) mm; normals (N, 3) unit, outward; triangles (M, 3) indices, counter-clockwise from outside.
-    colour: "#rrggbb" in sRGB. opacity: 0 to 1.
+    """
+
+    vertices_mm: FloatArray
+    normals: FloatArray
+    triangles: NDArray[np.int64]
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One named surface in `ct`: its walls, and the caps that close them, which share no vertices with them.
+
+    vertices_mm, normals, triangles: as in `Patch`, of the walls. colour: "#rrggbb" in sRGB. opacity: 0 to 1.
+    caps: None where the walls are closed, or where what is open stays open.
     """
 
     node: str
@@ -39,17 +62,23 @@ class Part:
     triangles: NDArray[np.int64]
     colour: str
     opacity: float = 1.0
+    caps: Patch | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices_mm", checked("vertices_mm", self.vertices_mm, (None, 3)))
-        object.__setattr__(self, "normals", checked("normals", self.normals, (len(self.vertices_mm), 3)))
-        triangles = np.array(self.triangles, dtype=np.int64)
-        if triangles.ndim != 2 or triangles.shape[1] != 3 or not triangles.size:
-            raise ValueError(f"triangles: expected shape (M, 3), got {triangles.shape}")
-        if triangles.min() < 0 or triangles.max() >= len(self.vertices_mm):
-            raise ValueError(f"triangles: expected indices from 0 to {len(self.vertices_mm) - 1}")
-        triangles.setflags(write=False)
-        object.__setattr__(self, "triangles", triangles)
+        _check(self)
+
+
+def _check(patch: Patch | Part) -> None:
+    """Make the arrays of a patch read-only, each of the shape that it should have."""
+    object.__setattr__(patch, "vertices_mm", checked("vertices_mm", patch.vertices_mm, (None, 3)))
+    object.__setattr__(patch, "normals", checked("normals", patch.normals, (len(patch.vertices_mm), 3)))
+    triangles = np.array(patch.triangles, dtype=np.int64)
+    if triangles.ndim != 2 or triangles.shape[1] != 3 or not triangles.size:
+        raise ValueError(f"triangles: expected shape (M, 3), got {triangles.shape}")
+    if triangles.min() < 0 or triangles.max() >= len(patch.vertices_mm):
+        raise ValueError(f"triangles: expected indices from 0 to {len(patch.vertices_mm) - 1}")
+    triangles.setflags(write=False)
+    object.__setattr__(patch, "triangles", triangles)
 
 
 def gltf_from_ct(points_mm: FloatArray) -> FloatArray:
@@ -74,14 +103,17 @@ def encode_glb(parts: Sequence[Part], copyright_text: str, generator: str) -> by
     if not names or len(set(names)) != len(names):
         raise ValueError(f"parts: expected at least one part and different node names, got {names}")
     buffer = _Buffer()
-    meshes = [_mesh(buffer, index, part) for index, part in enumerate(parts)]
+    materials = [_material(part.node, part.colour, part.opacity) for part in parts]
+    if any(part.caps is not None for part in parts):
+        materials.append(_material(CAPS, _CAPS_COLOUR, _CAPS_OPACITY))
+    meshes = [_mesh(buffer, part, index, len(parts)) for index, part in enumerate(parts)]
     document = {
         "asset": {"version": "2.0", "generator": generator, "copyright": copyright_text},
         "scene": 0,
         "scenes": [{"nodes": list(range(len(parts)))}],
         "nodes": [{"name": part.node, "mesh": index} for index, part in enumerate(parts)],
         "meshes": meshes,
-        "materials": [_material(part) for part in parts],
+        "materials": materials,
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
         "buffers": [{"byteLength": len(buffer.data)}],
@@ -141,22 +173,29 @@ def node_names(document: dict[str, Any], path: Path) -> tuple[str, ...]:
     return tuple(str(node.get("name", "")) for node in nodes if "mesh" in node)
 
 
-def surface(document: dict[str, Any], binary: bytes, node: str) -> tuple[FloatArray, NDArray[np.int64]]:
+def surface(
+    document: dict[str, Any], binary: bytes, node: str, *, with_caps: bool = False
+) -> tuple[FloatArray, NDArray[np.int64]]:
     """Return a node's vertices (N, 3) mm in `ct` and triangles (M, 3), as `encode_glb` wrote them.
+
+    with_caps: whether to append the caps, if there are any; their vertices on the rim repeat the walls'.
 
     Raises:
         DataError: no such node, or its accessors do not fit the binary chunk.
     """
     try:
         index = next(each["mesh"] for each in document["nodes"] if each.get("name") == node)
-        primitive = document["meshes"][index]["primitives"][0]
-        positions = _accessor(document, binary, primitive["attributes"]["POSITION"], 3)
-        triangles = _accessor(document, binary, primitive["indices"], 1)
+        primitives = document["meshes"][index]["primitives"]
+        chosen = primitives[: 2 if with_caps else 1]
+        positions = [_accessor(document, binary, each["attributes"]["POSITION"], 3) for each in chosen]
+        triangles = [_accessor(document, binary, each["indices"], 1).astype(np.int64) for each in chosen]
+        starts = np.cumsum([0, *(len(each) for each in positions[:-1])])
+        corners = np.concatenate([each + start for each, start in zip(triangles, starts, strict=True)])
     except StopIteration as error:
         raise DataError(f"The GLB file has no node named {node!r}; build the heart again.") from error
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise DataError(f"The GLB file's node {node!r} cannot be read ({error}); build the heart again.") from error
-    return ct_from_gltf(positions.astype(np.float64)), triangles.reshape(-1, 3).astype(np.int64)
+    return ct_from_gltf(np.concatenate(positions).astype(np.float64)), corners.reshape(-1, 3)
 
 
 def _chunks(path: Path, data: bytes) -> dict[int, bytes]:
@@ -210,28 +249,36 @@ class _Buffer:
         return len(self.accessors) - 1
 
 
-def _mesh(buffer: _Buffer, index: int, part: Part) -> dict[str, Any]:
+def _mesh(buffer: _Buffer, part: Part, material: int, caps_material: int) -> dict[str, Any]:
     """Return a glTF mesh for one part, its arrays put into `buffer`."""
-    positions = gltf_from_ct(part.vertices_mm).astype("<f4")
-    normals = (gltf_from_ct(part.normals) * 1000.0).astype("<f4")
+    primitives = [_primitive(buffer, part, material)]
+    if part.caps is not None:
+        primitives.append(_primitive(buffer, part.caps, caps_material))
+    return {"name": part.node, "primitives": primitives}
+
+
+def _primitive(buffer: _Buffer, patch: Patch | Part, material: int) -> dict[str, Any]:
+    """Return a glTF primitive, its arrays put into `buffer`."""
+    positions = gltf_from_ct(patch.vertices_mm).astype("<f4")
+    normals = (gltf_from_ct(patch.normals) * 1000.0).astype("<f4")
     component = _UINT16 if len(positions) < 0xFFFF else _UINT32
-    triangles = part.triangles.reshape(-1).astype(_INDEX_TYPES[component])
+    triangles = patch.triangles.reshape(-1).astype(_INDEX_TYPES[component])
     attributes = {
         "POSITION": buffer.add(positions, _FLOAT, "VEC3", _ARRAY_BUFFER, bounds=True),
         "NORMAL": buffer.add(normals, _FLOAT, "VEC3", _ARRAY_BUFFER),
     }
     indices = buffer.add(triangles, component, "SCALAR", _ELEMENT_BUFFER)
-    return {"name": part.node, "primitives": [{"attributes": attributes, "indices": indices, "material": index}]}
+    return {"attributes": attributes, "indices": indices, "material": material}
 
 
-def _material(part: Part) -> dict[str, Any]:
-    """Return a glTF material: the part's colour, linear as glTF wants it, matt, seen from both sides."""
-    srgb = np.array([int(part.colour[at : at + 2], 16) for at in (1, 3, 5)]) / 255.0
+def _material(name: str, colour: str, opacity: float) -> dict[str, Any]:
+    """Return a glTF material: a colour, linear as glTF wants it, matt, seen from both sides."""
+    srgb = np.array([int(colour[at : at + 2], 16) for at in (1, 3, 5)]) / 255.0
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
-    factor = [round(float(each), 6) for each in linear] + [part.opacity]
+    factor = [round(float(each), 6) for each in linear] + [opacity]
     return {
-        "name": part.node,
+        "name": name,
         "pbrMetallicRoughness": {"baseColorFactor": factor, "metallicFactor": 0.0, "roughnessFactor": 0.6},
-        "alphaMode": "OPAQUE" if part.opacity >= 1.0 else "BLEND",
+        "alphaMode": "OPAQUE" if opacity >= 1.0 else "BLEND",
         "doubleSided": True,
     }

@@ -9,6 +9,8 @@ import numpy as np
 
 from cathxr.core import FloatArray
 from cathxr.core.arrays import checked
+from cathxr.heart.acoustic_codes import CHANNELS, Scale
+from cathxr.heart.volume import Grid, Technical
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,33 @@ class Landmark:
 
 
 @dataclass(frozen=True, eq=False)
+class AcousticFile:
+    """What heart.toml says about the acoustic volume's file: gzip of uint8 (K, J, I, 4), see docs/acoustic-volume.md.
+
+    ct_from_voxel (4, 4): (i, j, k, 1) of a voxel's centre to mm in `ct`. scales: by channel. table: the tissue table.
+    """
+
+    file: Path
+    shape: tuple[int, int, int]
+    ct_from_voxel: FloatArray
+    scales: Mapping[str, Scale]
+    table: str
+
+    def __post_init__(self) -> None:
+        Grid(self.shape, self.ct_from_voxel)  # refuses axes that are no grid's
+        object.__setattr__(self, "ct_from_voxel", checked("ct_from_voxel", self.ct_from_voxel, (4, 4)))
+        if set(self.scales) != set(CHANNELS):
+            raise ValueError(f"channels: expected {', '.join(CHANNELS)}, got {', '.join(self.scales)}")
+        object.__setattr__(self, "scales", MappingProxyType(dict(self.scales)))
+
+
+@dataclass(frozen=True, eq=False)
 class HeartFolder:
-    """A heart folder that has been read and checked. `labels` and `registration` are None where the file is absent."""
+    """A heart folder that has been read and checked.
+
+    labels, registration, acoustic, technical are None where the file or the table is absent. technical: what the series
+    says about how it was made, None where the heart was not made from one.
+    """
 
     path: Path
     name: str
@@ -91,6 +118,8 @@ class HeartFolder:
     landmarks: Mapping[str, Landmark] = field(default_factory=dict)
     labels: Path | None = None
     registration: Path | None = None
+    acoustic: AcousticFile | None = None
+    technical: Technical | None = None
 
     def __post_init__(self) -> None:
         for each in ("structures", "openings", "landmarks"):

@@ -1,15 +1,23 @@
-"""How the box lies in the heart: the registration, its file, and the placement that needs no landmarks."""
+"""How the box lies in the heart: the registration, its file, its errors, and the placement that needs no landmarks."""
 
+from cathxr.registration.doubts import Doubt
+from cathxr.registration.errors import fitzpatrick_tre_mm, predicted_tre_mm
 from cathxr.registration.file import read_registration, registration_toml, write_registration
 from cathxr.registration.model import Kind, LandmarkPair, Registration
 from cathxr.registration.placement import default_placement
+from cathxr.registration.solve import Solution, register
 
 __all__ = [
+    "Doubt",
     "Kind",
     "LandmarkPair",
     "Registration",
+    "Solution",
     "default_placement",
+    "fitzpatrick_tre_mm",
+    "predicted_tre_mm",
     "read_registration",
+    "register",
     "registration_toml",
     "write_registration",
 ]

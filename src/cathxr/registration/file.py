@@ -4,6 +4,7 @@ import contextlib
 import datetime
 import os
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -11,13 +12,15 @@ import numpy as np
 import tomli_w
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
-from cathxr.core import ConfigError, DataError, Pose
+from cathxr.core import ConfigError, DataError, FloatArray, Pose
 from cathxr.registration.model import Kind, LandmarkPair, Registration
 
 SCHEMA = "cathxr-registration/1"
 
 _Point = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
 _Error = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+_Std = Annotated[list[Annotated[FiniteFloat, Field(gt=0.0)]], Field(min_length=3, max_length=3)]
+_Matrix = Annotated[list[_Point], Field(min_length=3, max_length=3)]
 
 
 class _Table(BaseModel):
@@ -33,18 +36,25 @@ class _Landmark(_Table):
     box_mm: _Point
     ct_mm: _Point
     residual_mm: _Error | None = None
+    held_out_mm: _Error | None = None
+    box_std_mm: _Std | None = None
+    ct_std_mm: _Std | None = None
 
 
 class _Document(_Table):
     schema_name: Literal["cathxr-registration/1"] = Field(alias="schema")
-    kind: Literal["placement", "rigid", "similarity"]
+    kind: Literal["placement", "rigid", "similarity", "affine"]
     method: Annotated[str, Field(min_length=1)]
     date: str | datetime.date | None = None
     scale: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] = 1.0
     fre_mm: _Error | None = None
     tre_mm: _Error | None = None
     predicted_tre_mm: _Error | None = None
+    worst_tre_mm: _Error | None = None
+    fle_mm: _Error | None = None
     ct_from_box: _Pose
+    linear: _Matrix | None = None
+    covariance: list[list[FiniteFloat]] | None = None
     landmarks: dict[str, _Landmark] = Field(default_factory=dict)
 
 
@@ -101,6 +111,10 @@ def registration_toml(registration: Registration) -> str:
         "fre_mm": registration.fre_mm,
         "tre_mm": registration.tre_mm,
         "predicted_tre_mm": registration.predicted_tre_mm,
+        "worst_tre_mm": registration.worst_tre_mm,
+        "fle_mm": registration.fle_mm,
+        "linear": _listed(registration.linear),
+        "covariance": _listed(registration.covariance),
         "ct_from_box": {
             "rotation_wxyz": registration.ct_from_box.rotation_wxyz.tolist(),
             "translation_mm": registration.ct_from_box.translation_mm.tolist(),
@@ -124,16 +138,45 @@ def _registration(document: _Document) -> Registration:
         fre_mm=document.fre_mm,
         tre_mm=document.tre_mm,
         predicted_tre_mm=document.predicted_tre_mm,
-        landmarks=tuple(
-            LandmarkPair(name, np.array(pair.box_mm), np.array(pair.ct_mm), pair.residual_mm)
-            for name, pair in document.landmarks.items()
-        ),
+        landmarks=tuple(_pair(name, table) for name, table in document.landmarks.items()),
+        linear=_array(document.linear),
+        worst_tre_mm=document.worst_tre_mm,
+        fle_mm=document.fle_mm,
+        covariance=_array(document.covariance),
+    )
+
+
+def _pair(name: str, table: _Landmark) -> LandmarkPair:
+    """Return a landmark pair from its table."""
+    return LandmarkPair(
+        name,
+        np.array(table.box_mm),
+        np.array(table.ct_mm),
+        table.residual_mm,
+        table.held_out_mm,
+        _array(table.box_std_mm),
+        _array(table.ct_std_mm),
     )
 
 
 def _pair_table(pair: LandmarkPair) -> dict[str, Any]:
     """Return a landmark pair as TOML writes it."""
-    return {"box_mm": pair.box_mm.tolist(), "ct_mm": pair.ct_mm.tolist(), "residual_mm": pair.residual_mm}
+    return {
+        "box_mm": pair.box_mm.tolist(),
+        "ct_mm": pair.ct_mm.tolist(),
+        "residual_mm": pair.residual_mm,
+        "held_out_mm": pair.held_out_mm,
+        "box_std_mm": _listed(pair.box_std_mm),
+        "ct_std_mm": _listed(pair.ct_std_mm),
+    }
+
+
+def _array(values: Sequence[Any] | None) -> FloatArray | None:
+    return None if values is None else np.array(values, dtype=np.float64)
+
+
+def _listed(values: FloatArray | None) -> list[Any] | None:
+    return None if values is None else list(values.tolist())
 
 
 def _present(table: dict[str, Any]) -> dict[str, Any]:

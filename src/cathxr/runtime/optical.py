@@ -224,9 +224,13 @@ class OpticalSource:
         observation = None
         try:
             self._apply_reset(seq)
-            detections = self._detect(images, pair.t_ns)
-            observation = self._observation(seq, pair, detections, roll)
-            track = self._tracker.update(observation)
+            # near the prediction first, and where that makes no good Track, in the whole pictures
+            for predicted in (self._predicted, None):
+                detections = self._detect(images, pair.t_ns, predicted)
+                observation = self._observation(seq, pair, detections, roll)
+                track = self._tracker.update(observation)
+                if track.status is Status.TRACKED or not observation.predicted:
+                    break
             self._error = None
         except Exception as error:  # stored, shown, and begun anew: one bad picture must not end the tracking
             observation, track = None, self._failed(seq, pair.t_ns, error)
@@ -257,10 +261,9 @@ class OpticalSource:
             roll_predicted=roll.predicted,
         )
 
-    def _detect(self, images: Mapping[str, Image], t_ns: int) -> tuple[Detection, ...]:
+    def _detect(self, images: Mapping[str, Image], t_ns: int, predicted: Track | None) -> tuple[Detection, ...]:
         """Return one Detection for each camera, top first; the second view runs beside the first."""
         if len(images) == len(CAMERAS) and self._helper is not None:
-            predicted = self._predicted
             second = self._helper.submit(self._detectors["front"].detect, images["front"], predicted)
             try:
                 first = self._detectors["top"].detect(images["top"], predicted)
@@ -268,7 +271,7 @@ class OpticalSource:
                 wait_for([second])  # a detector is never left running behind a failure of the other
             return first, second.result()
         return tuple(
-            self._detectors[name].detect(images[name], self._predicted)
+            self._detectors[name].detect(images[name], predicted)
             if name in images
             else Detection(name, -1, t_ns, reason=f"no picture from {name}")
             for name in CAMERAS

@@ -147,6 +147,8 @@ def _detection_json(detection: Detection) -> dict[str, Any]:
         "half_width_px": detection.half_width_px.tolist(),
         "tip_px": None if detection.tip_px is None else detection.tip_px.tolist(),
         "tip_sigma_px": _number(detection.tip_sigma_px),
+        "end_px": detection.end_px.tolist(),
+        "end_sigma_px": detection.end_sigma_px.tolist(),
         "reason": detection.reason,
         "repeats": int(detection.repeats),
     }
@@ -164,6 +166,8 @@ def _detection(values: dict[str, Any]) -> Detection:
         half_width_px=np.array(values["half_width_px"], dtype=np.float64),
         tip_px=None if tip is None else np.array(tip),
         tip_sigma_px=values["tip_sigma_px"],
+        end_px=_points(values.get("end_px", [])),  # recordings from before have none
+        end_sigma_px=np.array(values.get("end_sigma_px", []), dtype=np.float64),
         reason=values["reason"],
         repeats=values["repeats"],
     )

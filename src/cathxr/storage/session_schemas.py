@@ -50,6 +50,8 @@ _DETECTION = _object(
         "half_width_px": _numbers("half of the silhouette's width at each point"),
         "tip_px": _numbers("the most distal point", may_be_null=True),
         "tip_sigma_px": _of("number", "standard deviation of tip_px along the midline", may_be_null=True),
+        "end_px": _rows(2, "points of the silhouette's outline around its end"),
+        "end_sigma_px": _numbers("standard deviation of each point of the outline, across it"),
         "reason": _of("string", "why nothing was found", may_be_null=True),
         "repeats": _of("integer", "pictures before this one that were the same to the last bit"),
     },

@@ -3,13 +3,19 @@
 import math
 from dataclasses import replace
 
-from cathxr.core import Observation, Pose, Status, Track
+import numpy as np
+
+from cathxr.core import FloatArray, Observation, Pose, Status, Track
 from cathxr.geometry.pose import turned_about_z
 
 COAST_NS = 250_000_000
 """How long a Track may coast. A trainee's hand moves a tip at 50-150 mm/s, so a longer guess would mislead."""
 COAST_SPEED_MM_S = 50.0
 """How fast the tip is taken to wander while unseen: it grows sigma_mm."""
+
+FASTEST_MM_S = 150.0
+NEAR_MM = 1.0
+"""What a tip may have moved since it was last seen: by a quick hand, and a little."""
 
 
 def missing_reason(observation: Observation) -> str | None:
@@ -42,6 +48,14 @@ class Continuity:
         """Return `track`, remembered as the last good one."""
         self._last = track
         return track
+
+    def near(self, t_ns: int, tip_box: FloatArray) -> bool:
+        """Return whether a tip (3,) mm lies where the last good one, not long ago, can have moved to."""
+        last = self._last
+        if last is None or last.tip_box is None or not 0 <= t_ns - last.t_ns <= COAST_NS:
+            return False
+        reach = NEAR_MM + FASTEST_MM_S * (t_ns - last.t_ns) * 1e-9
+        return float(np.linalg.norm(tip_box - last.tip_box)) < reach
 
     def coasting(self, observation: Observation, reason: str) -> Track:
         """Return the last good pose, flagged and with a larger sigma, or a lost Track when it is too old.

@@ -13,13 +13,15 @@ from cathxr.core import FloatArray
 _SIDE_STEP_COST = 0.02
 """Cost, in squared scaled distances, of moving on in one curve only. Along an epipolar line any order of such steps
 costs the same: the fit, which is smooth, settles where in such a stretch each point belongs."""
+_UNMATCHED_COST = 4.0
+"""Cost of a point at a curve's beginning that has no partner: as much as a pair that is off by two sigma."""
 _CAP = 25.0
 """Largest squared scaled distance of one pair: beyond five standard deviations a pair is simply wrong."""
 
 
 @dataclass(frozen=True, eq=False)
 class Matching:
-    """pairs (M, 2): indices into the two curves, non-decreasing from (0, 0); rms: of the scaled epipolar distance."""
+    """pairs (M, 2): indices into the two curves, non-decreasing; rms: of the scaled epipolar distance."""
 
     pairs: np.ndarray[tuple[int, int], np.dtype[np.int64]]
     rms: float
@@ -53,12 +55,15 @@ def _skew_distances(apart, first, second):  # type: ignore[no-untyped-def]
 
 
 def match(distance: FloatArray, sigma: float) -> Matching:
-    """Return the best monotone matching that begins with both first points and uses up one of the curves.
+    """Return the best monotone matching that uses up one of the curves.
+
+    It begins with the first point of one curve at least: where the tip hides behind the catheter in one view, the
+    other's first points have no partner.
 
     distance (N, M): see `ray_distances`; sigma: its standard deviation for a right pair, same unit.
     """
     cost = np.minimum(np.square(distance / sigma), _CAP)
-    total, came = _accumulated(cost, _SIDE_STEP_COST)
+    total, came = _accumulated(cost, _SIDE_STEP_COST, _UNMATCHED_COST)
     rows, columns = cost.shape
     last_row, last_column = total[-1] / rows, total[:, -1] / columns
     if last_row.min() <= last_column.min():
@@ -71,20 +76,20 @@ def match(distance: FloatArray, sigma: float) -> Matching:
 
 
 @njit(cache=True, nogil=True)
-def _accumulated(cost, side_cost):  # type: ignore[no-untyped-def]
-    """Return (total cost, step taken: 0 both, 1 first only, 2 second only) of the best way to each pair."""
+def _accumulated(cost, side_cost, unmatched_cost):  # type: ignore[no-untyped-def]
+    """Return (total cost, step taken: 0 both, 1 first only, 2 second only, 3 begun) of the best way to each pair."""
     rows, columns = cost.shape
     total = np.empty((rows, columns))
     came = np.zeros((rows, columns), dtype=np.int8)
     for i in range(rows):
         for j in range(columns):
-            if i == 0 and j == 0:
-                total[i, j] = cost[i, j]
-                continue
             best = np.inf
-            step = 0
-            if i > 0 and j > 0:
+            step = 3
+            if i == 0 or j == 0:
+                best = cost[i, j] + unmatched_cost * (i + j)
+            if i > 0 and j > 0 and total[i - 1, j - 1] + cost[i, j] < best:
                 best = total[i - 1, j - 1] + cost[i, j]
+                step = 0
             if i > 0 and total[i - 1, j] + 0.5 * cost[i, j] + side_cost < best:
                 best = total[i - 1, j] + 0.5 * cost[i, j] + side_cost
                 step = 1
@@ -98,16 +103,16 @@ def _accumulated(cost, side_cost):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _walk_back(came, row, column):  # type: ignore[no-untyped-def]
-    """Return the pairs (M, 2) from (0, 0) to (row, column)."""
+    """Return the pairs (M, 2) from where the way begins to (row, column)."""
     pairs = np.empty((row + column + 1, 2), dtype=np.int64)
     count = 0
     while True:
         pairs[count, 0] = row
         pairs[count, 1] = column
         count += 1
-        if row == 0 and column == 0:
-            break
         step = came[row, column]
+        if step == 3:
+            break
         if step != 2:
             row -= 1
         if step != 1:

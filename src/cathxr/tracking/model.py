@@ -1,25 +1,25 @@
 """The `model` method: two measured midlines in, one catheter in space out."""
 
+import math
+from copy import copy
+
 import numpy as np
 
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
-from cathxr.geometry import CameraModel, nearest_to_rays, resampled, tip_pose
+from cathxr.geometry import CameraModel, resampled, tip_pose
 from cathxr.geometry.calibration_error import camera_errors, point_covariance
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.continuity import Continuity, missing_reason
-from cathxr.tracking.fit import CurveFit, camera_table, fit_curve
-from cathxr.tracking.matching import match, ray_distances
+from cathxr.tracking.fit import ALIGNED, HIDDEN_MM, CurveFit, camera_table
+from cathxr.tracking.judge import RESOLVED_MM
+from cathxr.tracking.prediction import Prediction
+from cathxr.tracking.solve import Solution, solved
 
 _DENSE = 240
-_HIDDEN_MM = 25.0
-"""How much of the catheter's beginning may be hidden by the inlet before the entry is a guess too far."""
-_ALIGNED = 0.25
-"""Least cosine between the beginning's direction and the insertion axis for extrapolating the entry."""
+_PASSING = ("no catheter", "more than one thing looks like a catheter")
+"""Reasons of one view that pass: the other says that the catheter is still there."""
+_SAME_CALIBRATION_MM = 3.0
 _LONGEST_FOLD_MM = 5.0
-_MATCH_SIGMA_MM = 0.25
-_CORRELATION = 1.1
-"""Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of
-sigma. With it, and no calibration error, error / sigma is about 0.8 on the twin's smooth, noisy and faint scenes."""
 
 
 class ModelTracker:
@@ -37,13 +37,24 @@ class ModelTracker:
         self._zero, self._roll = rig.zero_direction, rig.roll
         self._points = points
         self._continuity = Continuity()
+        self._prediction = Prediction()
+        self._calibrated: tuple[FloatArray, float] | None = None
 
     def reset(self) -> None:
         """Forget what came before."""
         self._continuity.reset()
+        self._prediction.reset()
 
     def update(self, observation: Observation) -> Track:
         """Return the Track of one observation."""
+        before = copy(self._continuity), copy(self._prediction)
+        track = self._updated(observation)
+        if observation.predicted and track.status is not Status.TRACKED:
+            # what lies near the prediction is no catheter: the pair will be read whole
+            self._continuity, self._prediction = before
+        return track
+
+    def _updated(self, observation: Observation) -> Track:
         missing = missing_reason(observation)
         if missing is not None:
             return self._continuity.coasting(observation, missing)
@@ -51,61 +62,56 @@ class ModelTracker:
         detections = [each for each in found if each is not None]
         if len(detections) < len(self._names):
             return self._continuity.lost(observation, "no picture from one camera")
-        for each in detections:
-            if each.reason is not None:
-                return self._continuity.lost(observation, f"{each.reason} ({each.camera})")
-        result = self._solved(detections)
+        failed = [each for each in detections if each.reason is not None]
+        if failed:
+            reason = f"{failed[0].reason} ({failed[0].camera})"
+            # one view may lose a catheter that touches itself; where neither sees one there is none
+            if len(failed) < len(detections) and failed[0].reason in _PASSING:
+                return self._continuity.coasting(observation, reason)
+            return self._continuity.lost(observation, reason)
+        result = self._solved(observation.t_ns, detections)
         if isinstance(result, str):
-            return self._continuity.lost(observation, result)
-        shape, sigma = result
+            # both pictures show something: the next pair is looked for where the last good one says
+            return self._continuity.coasting(observation, result)
+        solution, shape = result
         roll = observation.roll_rad
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
-        pose = tip_pose(shape, zero_direction=self._zero, roll_rad=turn)
-        return self._continuity.tracked(
-            Track(
-                seq=observation.seq,
-                t_ns=observation.t_ns,
-                status=Status.TRACKED,
-                shape_box=resampled(shape, self._points),
-                box_from_tip=pose,
-                roll_rad=roll,
-                roll_predicted=observation.roll_predicted,
-                sigma_mm=sigma,
-            )
+        reason = ""
+        if solution.sigma_mm > RESOLVED_MM:
+            reason = "the tip is not resolved in both views"
+        elif solution.doubtful is not None and not self._continuity.near(observation.t_ns, shape[0]):
+            reason = f"something may lie at the tip ({solution.doubtful})"
+        track = Track(
+            seq=observation.seq,
+            t_ns=observation.t_ns,
+            status=Status.COASTING if reason else Status.TRACKED,
+            reason=reason,
+            shape_box=resampled(shape, self._points),
+            box_from_tip=tip_pose(shape, zero_direction=self._zero, roll_rad=turn),
+            roll_rad=roll,
+            roll_predicted=observation.roll_predicted,
+            sigma_mm=math.hypot(solution.sigma_mm, self._calibration_mm(shape[0])),
         )
+        return track if reason else self._continuity.tracked(track)
 
-    def _solved(self, detections: list[Detection]) -> tuple[FloatArray, float] | str:
-        """Return the centreline (N, 3) mm, tip first, with sigma_mm, or why there is none."""
-        try:
-            rays = [camera.ray(each.curve_px) for camera, each in zip(self._cameras, detections, strict=True)]
-        except ValueError:
-            return "the catheter lies where the lens model does not hold"
-        origins = [camera.centre_box for camera in self._cameras]
-        distance = ray_distances(origins[0], rays[0], origins[1], rays[1])
-        matching = match(distance, _MATCH_SIGMA_MM)
-        pairs = matching.pairs
-        if len(pairs) < 4:
-            return "too little of the catheter is seen"
-        start = nearest_to_rays(np.stack(origins), np.stack([rays[0][pairs[:, 0]], rays[1][pairs[:, 1]]]))
-        if not self._in_front(start):
-            return "the two views disagree"
-        start, fraction = _thinned(start)
-        starts_at = [_parameters(pairs[:, view], fraction, len(each.curve_px)) for view, each in enumerate(detections)]
-        fit = fit_curve(self._table, detections, start, starts_at)
-        width = 2.0 * min(float(np.median(each.half_width_px)) for each in detections)
-        if (
-            not np.isfinite(fit.control).all()
-            or fit.rms_px > max(2.0, 0.3 * width)
-            or fit.tip_gap_px > max(4.0, 0.6 * width)
-        ):
-            return f"the two views disagree by {min(max(fit.rms_px, fit.tip_gap_px), 9999.0):.1f} px"
+    def _calibration_mm(self, tip_box: FloatArray) -> float:
+        """Return the calibration's part of a tip's sigma; it changes so slowly over the box that it is kept."""
+        if self._calibrated is None or math.dist(self._calibrated[0], tip_box) > _SAME_CALIBRATION_MM:
+            self._calibrated = (tip_box, float(np.sqrt(np.trace(point_covariance(self._errors, tip_box)))))
+        return self._calibrated[1]
+
+    def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
+        """Return the fit and its centreline (N, 3) mm, tip first, or why there is none."""
+        predicted = self._prediction.guess(t_ns, self._cameras, detections)
+        solution = solved(self._cameras, self._table, detections, radius_mm=self._radius, predicted=predicted)
+        if isinstance(solution, str):
+            return solution
+        fit = solution.fit
         shape = self._shape(fit)
         if isinstance(shape, str):
             return shape
-        return shape, self._sigma_mm(fit)
-
-    def _in_front(self, points: FloatArray) -> bool:
-        return all(bool((camera.to_camera(points)[:, 2] > 1.0).all()) for camera in self._cameras)
+        self._prediction.learn(t_ns, shape[1:])
+        return solution, shape
 
     def _shape(self, fit: CurveFit) -> FloatArray | str:
         """Return the curve (N, 3) mm from the tip (one radius beyond the cap's centre) to the entry at x = 0."""
@@ -122,7 +128,7 @@ class ModelTracker:
         else:
             dense = _unfolded(dense)
             direction = _mean_direction(dense)
-            if dense[-1, 0] > _HIDDEN_MM or direction[0] > -_ALIGNED:
+            if dense[-1, 0] > HIDDEN_MM or direction[0] > -ALIGNED:
                 return "the catheter's beginning at the inlet is not seen"
             if dense[-1, 0] > 1e-9:
                 dense = np.vstack([dense, dense[-1] - dense[-1, 0] / direction[0] * direction])
@@ -135,40 +141,6 @@ class ModelTracker:
             distinct[-2] = False
         return np.asarray(dense[distinct], dtype=np.float64)
 
-    def _sigma_mm(self, fit: CurveFit) -> float:
-        """Return the root of the trace of the tip's covariance: pictures, prior and calibration."""
-        zero = np.zeros(1)
-        value, slope = fit.basis.values(zero)[0], fit.basis.slopes(zero)[0]
-        velocity = slope @ fit.control
-        speed = float(np.linalg.norm(velocity))
-        tangent = velocity / speed
-        turn = -(self._radius / speed) * (np.eye(3) - np.outer(tangent, tangent))
-        gain = np.kron(value, np.eye(3)) + np.kron(slope, turn)
-        pictures = fit.covariance_of(gain) * _CORRELATION**2
-        calibration = point_covariance(self._errors, value @ fit.control)
-        return float(np.sqrt(np.trace(pictures) + np.trace(calibration)))
-
-
-def _thinned(points: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (points without coincident neighbours, arc fraction of every given point), smoothed over neighbours.
-
-    A matching on a pixel grid zigzags by a sample; a mean over five removes that before lengths are measured.
-    """
-    kernel = np.ones(5) / 5.0
-    padded = np.vstack([2 * points[0] - points[2:0:-1], points, 2 * points[-1] - points[-2:-4:-1]])
-    smooth = np.stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(3)], axis=1)
-    steps = np.maximum(np.linalg.norm(np.diff(smooth, axis=0), axis=1), 1e-6)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    keep = np.concatenate([[True], steps > 1e-3])
-    return smooth[keep], along / along[-1]
-
-
-def _parameters(indices: np.ndarray[tuple[int], np.dtype[np.int64]], fraction: FloatArray, count: int) -> FloatArray:
-    """Return the mean arc fraction (count,) of each measured point of a view, -1 where the matching leaves it out."""
-    total = np.bincount(indices, weights=fraction, minlength=count)
-    times = np.bincount(indices, minlength=count)
-    return np.where(times > 0, total / np.maximum(times, 1), -1.0)
-
 
 def _unfolded(dense: FloatArray) -> FloatArray:
     """Return the curve (M, 3) without what turns back at its beginning, where the two views see it begin elsewhere.
@@ -178,7 +150,7 @@ def _unfolded(dense: FloatArray) -> FloatArray:
     """
     steps = np.diff(dense, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
-    forwards = steps[:, 0] < -_ALIGNED * lengths
+    forwards = steps[:, 0] < -ALIGNED * lengths
     for last in range(len(steps), max(2, len(dense) // 2), -1):
         if forwards[last - 1]:
             folded_mm = float(lengths[last:].sum())

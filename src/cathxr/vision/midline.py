@@ -1,15 +1,25 @@
 """From a traced path to measured midline points with errors, and the centre of the rounded end."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from cathxr.core import FloatArray
-from cathxr.vision.midline_kernels import SPACING_PX, cap_centre, end_line, measured_sections, smoothed
+from cathxr.vision.midline_kernels import (
+    SPACING_PX,
+    cap_centre,
+    end_line,
+    end_outline,
+    measured_sections,
+    middle_of,
+    smoothed,
+)
 from cathxr.vision.segmentation import MatteArray
 
 _LEAST_SIGMA_PX = 0.02
 """Sampling and interpolation alone leave about this much, however clean the picture."""
+_LEAST_OUTLINE_PX = 0.05
+"""How well the outline of a small circle follows its ideal, however clean the picture."""
 _QUANTUM_PX = 1e-4
 """Measurements are rounded to this, far below their noise, so that recordings stay small and exact."""
 _LEAST_POINTS = 4
@@ -17,7 +27,7 @@ _LEAST_POINTS = 4
 
 @dataclass(frozen=True, eq=False)
 class Midline:
-    """Measured midline, tip first: as in Detection. The first point is the centre of the rounded end."""
+    """Measured midline, tip first: as in Detection, from the rounded end's centre on. plateau: the matte on it."""
 
     curve_px: FloatArray
     normal_px: FloatArray
@@ -25,6 +35,21 @@ class Midline:
     half_width_px: FloatArray
     tip_px: FloatArray
     tip_sigma_px: float
+    end_px: FloatArray
+    end_sigma_px: FloatArray
+    plateau: float
+
+    def without_end(self, sigma_px: float) -> "Midline":
+        """Return the same line where the end is not seen: it is `sigma_px` unsure."""
+        sigmas = self.sigma_px.copy()
+        sigmas[0] = sigma_px
+        return replace(
+            self,
+            sigma_px=sigmas,
+            tip_sigma_px=sigma_px,
+            end_px=self.end_px[:0],
+            end_sigma_px=self.end_sigma_px[:0],
+        )
 
 
 def measured(matte: MatteArray, path: FloatArray, width: float, plateau: float) -> Midline | None:
@@ -55,16 +80,40 @@ def _with_end(matte: MatteArray, points: FloatArray, normals: FloatArray, sectio
     points, normals, sections = points[before], normals[before], sections[before]
     if len(points) < _LEAST_POINTS:
         return None
-    residual = ((points - smoothed(points, 4)) * normals).sum(axis=1)
-    sigma = max(_LEAST_SIGMA_PX, 1.4826 * float(np.median(np.abs(residual))) * 1.25)
+    outline = end_outline(matte, centre, direction, radius, plateau, blur)
+    tip_first = (points[::-1], normals[::-1], sections[::-1])
+    return midline_of(*tip_first, centre, direction, radius, outline, tip_sigma_px=spread)
+
+
+def midline_of(
+    points: FloatArray,
+    normals: FloatArray,
+    sections: FloatArray,
+    centre: FloatArray,
+    direction: FloatArray,
+    radius: float,
+    outline: FloatArray,
+    *,
+    tip_sigma_px: float = 0.0,
+) -> Midline:
+    """Return the midline of measured sections (N, 4) at points (N, 2), tip first, and of the rounded end.
+
+    centre (2,), direction (2,) unit and radius px of the end; outline (M, 2) px around it.
+    """
+    residual = ((points - smoothed(np.ascontiguousarray(points), 4)) * normals).sum(axis=1)
+    sigma = max(_LEAST_SIGMA_PX, 1.4826 * float(middle_of(np.abs(residual))) * 1.25)
     sigmas = sigma * np.sqrt(1.0 + np.square(residual / (3.0 * sigma)))
     return Midline(
-        curve_px=_rounded(np.vstack([centre, points[::-1]])),
-        normal_px=np.vstack([[-direction[1], direction[0]], normals[::-1]]),
-        sigma_px=np.concatenate([[1.5 * sigma], sigmas[::-1]]),
-        half_width_px=np.concatenate([[radius], 0.5 * sections[::-1, 1]]),
+        curve_px=_rounded(np.vstack([centre, points])),
+        normal_px=np.vstack([[-direction[1], direction[0]], normals]),
+        sigma_px=np.concatenate([[1.5 * sigma], sigmas]),
+        half_width_px=np.concatenate([[radius], 0.5 * sections[:, 1]]),
         tip_px=_rounded(centre + radius * direction),
-        tip_sigma_px=float(np.hypot(spread, _LEAST_SIGMA_PX)),
+        tip_sigma_px=float(np.hypot(tip_sigma_px, _LEAST_SIGMA_PX)),
+        end_px=_rounded(outline),
+        # a section's middle is the mean of two edges; neighbouring rays share pixels besides
+        end_sigma_px=np.full(len(outline), max(_LEAST_OUTLINE_PX, 2.0 * sigma)),
+        plateau=float(middle_of(np.ascontiguousarray(sections[:, 2]))),
     )
 
 

@@ -7,7 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cathxr.core import FloatArray
-from cathxr.vision.profiles import cross, edge
+from cathxr.vision.profiles import cross, edge, sample
 from cathxr.vision.segmentation import MatteArray
 
 SPACING_PX = 2.5
@@ -16,6 +16,11 @@ _WIDEST = 1.45
 _NARROWEST = 0.3
 _SPREAD = 0.3
 _RAYS = 9
+END_RAYS = 37
+END_REACH_RAD = 3.1
+"""The rays go all around the end: behind it they meet the sides of a tube that points at the camera."""
+END_FAR = 2.2
+"""No outline is looked for farther than this many radii from where the end's centre seems to be."""
 
 
 @njit(cache=True, nogil=True)
@@ -196,3 +201,37 @@ def cap_centre(
         return 0.0, -1.0
     # rays that disagree mean that the end is no clean circle: turned towards the camera, or something lies at it
     return float(np.median(centres[:count])), max(float(np.std(centres[:count])), 0.02)
+
+
+@njit(cache=True, nogil=True)
+def end_outline(
+    matte: MatteArray, centre: FloatArray, direction: FloatArray, radius: float, plateau: float, blur: float
+) -> FloatArray:
+    """Return points (N, 2) of the outline around the end's centre, met by rays to the front and to both sides.
+
+    A ray ends at the first fall below half the plateau; rays that meet none near by are left out. The pull of the blur
+    on a convex edge (see `cap_centre`) is undone.
+    """
+    points = np.empty((END_RAYS, 2))
+    count = 0
+    level = 0.5 * plateau
+    if sample(matte, centre[0], centre[1]) < level:
+        return points[:0]
+    for i in range(END_RAYS):
+        angle = END_REACH_RAD * (2.0 * i / (END_RAYS - 1) - 1.0)
+        c, s = math.cos(angle), math.sin(angle)
+        dx = c * direction[0] - s * direction[1]
+        dy = s * direction[0] + c * direction[1]
+        distance, _ = edge(matte, centre[0], centre[1], dx, dy, END_FAR * radius, level)
+        if distance > 0.3 * radius:
+            distance += blur * blur / (2.0 * radius)
+            points[count, 0] = centre[0] + distance * dx
+            points[count, 1] = centre[1] + distance * dy
+            count += 1
+    return points[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def middle_of(values: FloatArray) -> float:
+    """Return the median of (N,)."""
+    return float(np.median(values))

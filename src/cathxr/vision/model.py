@@ -8,6 +8,7 @@ import numpy as np
 from cathxr.core import Detection, FloatArray, Image, PixelArray, Rig, Track
 from cathxr.geometry import CameraModel, arc_length
 from cathxr.vision.midline import Midline, measured
+from cathxr.vision.near import NearDetector
 from cathxr.vision.profiles import SAMPLE_PX, line_samples
 from cathxr.vision.repeats import RepeatCounter
 from cathxr.vision.segment_choice import SegmenterChoice
@@ -41,16 +42,30 @@ class ModelDetector:
         self._width_px = rig.catheter.diameter_mm * float(self._axis.scale[len(self._axis.scale) // 2])
         self._hull = _roi_hull(self._model, rig)
         self._repeats = RepeatCounter()
+        self._near = NearDetector(rig, self._model)
         self._segmenters = SegmenterChoice(self._width_px, background)
 
     def reset(self) -> None:
         """Forget the pictures before."""
         self._repeats.reset()
+        self._near.reset()
 
     def detect(self, image: Image, predicted_box: Track | None = None) -> Detection:
-        """Return the midline seen in `image`, or why there is none. Each picture stands alone, without prediction."""
-        repeats = self._repeats.count(image.pixels)
-        found = self._found(image.pixels)
+        """Return the midline seen in `image`, or why there is none.
+
+        With `predicted_box`, the last Track, only pixels near the curve it predicts are read, as long as they agree.
+        """
+        repeats = self._repeats.count(image)
+        near = None if predicted_box is None else self._found_near(image, predicted_box)
+        predicted = near is not None and near[1]
+        if near is not None and near[1]:
+            found: Midline | str = near[0]
+        else:
+            found = self._found(image.pixels)
+            if not isinstance(found, str):
+                self._near.learn(found)
+            elif near is not None:
+                found = near[0]
         if isinstance(found, str):
             return Detection(self._camera, image.seq, image.t_ns, reason=found, repeats=repeats)
         return Detection(
@@ -63,8 +78,20 @@ class ModelDetector:
             half_width_px=found.half_width_px,
             tip_px=found.tip_px,
             tip_sigma_px=found.tip_sigma_px,
+            end_px=found.end_px,
+            end_sigma_px=found.end_sigma_px,
             repeats=repeats,
+            predicted=predicted,
         )
+
+    def _found_near(self, image: Image, predicted: Track) -> tuple[Midline, bool] | None:
+        """Return what is measured near the predicted curve and whether it is beyond doubt, None where there is none."""
+        if image.size_px != self._model.size_px:
+            return None
+        light = self._segmenters.light
+        if light is None:
+            return None
+        return self._near.found((image.pixels, light[0], float(light[1]), 1.0), image.t_ns, predicted)
 
     def _found(self, pixels: PixelArray) -> Midline | str:
         size = (pixels.shape[1], pixels.shape[0])
@@ -216,4 +243,7 @@ def _shifted(line: Midline, corner: FloatArray) -> Midline:
         line.half_width_px,
         line.tip_px + corner,
         line.tip_sigma_px,
+        line.end_px + corner,
+        line.end_sigma_px,
+        line.plateau,
     )

@@ -39,7 +39,7 @@ class PaperDetector:
 
     def detect(self, image: Image, predicted_box: Track | None = None) -> Detection:
         """Return the catheter's path in `image`. Each picture is looked at afresh: `predicted_box` is not used."""
-        repeats = self._repeats.count(image.pixels)
+        repeats = self._repeats.count(image)
         found = self._found(image.pixels)
         if isinstance(found, str):
             return Detection(self._camera, image.seq, image.t_ns, reason=found, repeats=repeats)

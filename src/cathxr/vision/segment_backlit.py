@@ -49,6 +49,11 @@ class BackLitSegmenter:
         found = opacity > _threshold(opacity)
         return Coarse(found.astype(np.uint8) * 255, step)
 
+    @property
+    def light(self) -> tuple[MatteArray, int] | None:
+        """The back-light as last estimated, float32 at reduced size, and how many pixels each of its own is wide."""
+        return (self._light, self._step) if self._light.size else None
+
     def matte(self, pixels: PixelArray, window: Window) -> MatteArray:
         """Return 1 - picture / back-light in the window."""
         step = self._step

@@ -145,4 +145,52 @@ class RollCalibrationState(Message):
     figures: list[Figure]
 
 
-CalibrationState = IntrinsicsState | MarkersState | CamerasState | RollCalibrationState
+class HeartView(Message):
+    """A picture of the heart from one side. path: to GET from this server; size_px: its width and height."""
+
+    title: str
+    path: str
+    size_px: tuple[int, int]
+
+
+class TouchedLandmark(Message):
+    """One landmark to be touched. places: where it is in each view, as shares of its width and height."""
+
+    name: str
+    label: str
+    status: Literal["waiting", "touched", "skipped"]
+    places: list[Vector2]
+    spread_mm: float | None = Field(
+        description="Standard deviation of the resting tip (3D); null before it is touched."
+    )
+    residual_mm: float | None = Field(description="Left by the fit; not a target error.")
+    held_out_mm: float | None = Field(description="Left by a fit to all the others.")
+
+
+class TouchState(Message):
+    """The heart being registered by touching landmarks with the tracked tip."""
+
+    type: Literal["calibrate_registration"] = "calibrate_registration"
+    stage: CalibrationStage
+    advice: str
+    is_simulated: bool = Field(description="A simulated hand touches the landmarks, without hardware.")
+    kind: Literal["rigid", "similarity", "affine"]
+    landmarks: list[TouchedLandmark]
+    current: str | None = Field(description="The landmark to be touched now; null when none is left.")
+    views: list[HeartView]
+    tip_places: list[Vector2] = Field(description="Where the tip is in each view, by the landmarks so far; or empty.")
+    is_tracked: bool
+    trouble: str = Field(description="Why the tip is not tracked; empty when it is.")
+    rest_share: float = Field(description="How much of the rest that it takes the tip has rested by now, 0 to 1.")
+    rest_spread_mm: float | None = Field(description="Standard deviation of the resting tip (3D).")
+    can_take: bool
+    why: str = Field(description="Why the landmark cannot be taken yet; empty when it can.")
+    can_finish: bool
+    can_save: bool
+    doubts: list[str] = Field(description="What is odd about the landmarks, the gravest first.")
+    is_grave: bool = Field(description="One of the doubts says that the result should not be used.")
+    figures: list[Figure]
+    pictures: list[ResultPicture]
+
+
+CalibrationState = IntrinsicsState | MarkersState | CamerasState | RollCalibrationState | TouchState

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from cathxr.core import Event, Health, Image, RollStatus, Track
 from cathxr.wire.calibration_messages import CalibrationState
 from cathxr.wire.convert import encode, event_message, health_message, roll_message, track_message
+from cathxr.wire.heart_messages import HeartSeedsState
 from cathxr.wire.messages import HealthMessage, SessionMessage
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pictures import Pictures
@@ -104,6 +105,10 @@ class Hub:
 
     def publish_calibration(self, state: CalibrationState) -> None:
         """Send the state of a calibration to every client; a newer one of its type replaces it."""
+        self._publish_state(state.type, encode(state))
+
+    def publish_heart_seeds(self, state: HeartSeedsState) -> None:
+        """Send the state of the seeds' page to every client; a newer one replaces it."""
         self._publish_state(state.type, encode(state))
 
     def _publish_state(self, kind: str, text: str) -> None:

@@ -1,6 +1,6 @@
-"""Every message on the link, defined once; those of the calibration pages are in calibration_messages.
+"""Every message on the link, defined once; those of other pages are in calibration_messages and heart_messages.
 
-The TypeScript types and docs/wire.md are generated from both.
+The TypeScript types and docs/wire.md are generated from all of them.
 
 Arrays are in the units their names say, in the frame the field's description says. Angles on the wire are radians.
 """
@@ -15,7 +15,9 @@ from cathxr.wire.calibration_messages import (
     IntrinsicsState,
     MarkersState,
     RollCalibrationState,
+    TouchState,
 )
+from cathxr.wire.heart_messages import HeartSeedsState
 from cathxr.wire.message import Message, Quaternion, Vector2, Vector3
 
 PROTOCOL = 1
@@ -199,7 +201,9 @@ ServerMessage = Annotated[
     | IntrinsicsState
     | MarkersState
     | CamerasState
-    | RollCalibrationState,
+    | RollCalibrationState
+    | TouchState
+    | HeartSeedsState,
     Field(discriminator="type"),
 ]
 ClientMessage = Annotated[Command | Ping | Ack, Field(discriminator="type")]
@@ -237,13 +241,23 @@ class PartDescription(Message):
 
 
 class RegistrationDescription(Message):
-    """Where the heart is. ct_from_box; the error fields are null when unknown."""
+    """Where the heart is: point_ct = scale * R * point_box + t, or, where it is given, linear * point_box + t.
 
-    kind: str
+    The error fields are null when unknown. An affinity's scale and rotation are those nearest to its linear part: an
+    orientation is turned by them.
+    """
+
+    kind: str = Field(description="placement (nothing was measured), rigid, similarity or affine.")
     ct_from_box: PoseDescription
     scale: float
-    fre_mm: float | None
-    tre_mm: float | None
+    linear: tuple[Vector3, Vector3, Vector3] | None = Field(
+        default=None, description="Row by row; scale, stretch and rotation in one. Null unless kind is affine."
+    )
+    fre_mm: float | None = Field(description="Root mean square residual of the landmarks; not the error elsewhere.")
+    tre_mm: float | None = Field(description="Held-out (leave-one-out) error, root mean square.")
+    predicted_tre_mm: float | None = Field(default=None, description="Expected error at the landmarks' centroid.")
+    worst_tre_mm: float | None = Field(default=None, description="Greatest expected error over the heart.")
+    date: str | None = Field(default=None, description="ISO date of the measurement.")
 
 
 class HeartDescription(Message):

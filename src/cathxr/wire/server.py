@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any, Self
 
 import uvicorn
-from fastapi import FastAPI, WebSocket
+from fastapi import APIRouter, FastAPI, WebSocket
 
 from cathxr import __version__
 from cathxr.core import Clock, DeviceError
@@ -68,12 +68,14 @@ class LiveServer:
         page: Path | None = None,
         max_clients: int = MAX_CLIENTS,
         cameras: Collection[str] = (),
+        routers: Sequence[APIRouter] = (),
     ) -> None:
         """Make a server that does not listen yet.
 
         `files`: paths under /scene/ and the files they stand for. `port`: on loopback; the next free one is taken when
         it is in use, 0 takes any. `commands` runs in a worker thread, one command at a time. `page`: the built page's
         folder (default: the package's own). `cameras`: what else there are pictures of, besides the scene's cameras.
+        `routers`: what else is served.
         """
         self._hub = hub
         self._port = port
@@ -81,6 +83,7 @@ class LiveServer:
         self._software = f"cathxr {__version__}"
         page = page or Path(str(resources.files("cathxr"))) / "web_client"
         self._router = make_router(hub, scene, files=files or {}, page=page, software=self._software, cameras=cameras)
+        self._more = tuple(routers)
         needs_code = lan is not None or force_pairing
         self._pairing = Pairing(new_code(), clock) if needs_code else None
         self._certificate: Certificate | None = None
@@ -183,7 +186,8 @@ class LiveServer:
         async def link(websocket: WebSocket) -> None:
             await serve_link(websocket, self._desk)
 
-        app.include_router(self._router)
+        for router in (*self._more, self._router):  # the last of them answers whatever is left
+            app.include_router(router)
         servers = [make_server(Guard(app, names=LOOPBACK_NAMES, scheme="http"))]
         if self._lan is not None:
             self._addresses = lan_addresses()

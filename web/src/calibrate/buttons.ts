@@ -1,8 +1,8 @@
 /** Which buttons a calibration offers now, and why one of them cannot be pressed. */
 
-import type { CamerasState, IntrinsicsState, MarkersState, RollCalibrationState } from "../generated/messages";
+import type { CamerasState, IntrinsicsState, MarkersState, RollCalibrationState, TouchState } from "../generated/messages";
 
-export type Calibration = IntrinsicsState | MarkersState | CamerasState | RollCalibrationState;
+export type Calibration = IntrinsicsState | MarkersState | CamerasState | RollCalibrationState | TouchState;
 
 export interface Offer {
   readonly command: string;
@@ -22,8 +22,10 @@ export function offersFor(state: Calibration, viewing: string): Offer[] {
   const offers = state.type === "calibrate_intrinsics" ? lensOffers(state)
     : state.type === "calibrate_markers" ? markerOffers(state)
     : state.type === "calibrate_roll" ? rollOffers(state)
+    : state.type === "calibrate_registration" ? touchOffers(state)
     : cameraOffers(state);
-  const nothing = (state.type === "calibrate_intrinsics" && state.kept === 0) || (state.type === "calibrate_roll" && state.step === "zero");
+  const nothing = (state.type === "calibrate_intrinsics" && state.kept === 0) || (state.type === "calibrate_roll" && state.step === "zero")
+    || (state.type === "calibrate_registration" && state.landmarks.every((each) => each.status !== "touched"));
   offers.push(offer("calibration_cancel", "Cancel", "quiet", "", nothing ? "" : CANCEL[state.type]));
   return viewing === "" ? offers : offers.map((each) => ({ ...each, why: viewing }));
 }
@@ -32,6 +34,7 @@ const CANCEL: Record<Calibration["type"], string> = {
   calibrate_intrinsics: "The views that were kept are lost, and the rig stays as it is.",
   calibrate_markers: "The markers that were placed are lost, and the rig stays as it is.",
   calibrate_roll: "What was measured is lost; the rig and the board's zero stay as they are.",
+  calibrate_registration: "The landmarks that were touched are lost, and the heart's registration stays as it is.",
   calibrate_cameras: "Nothing is saved: the configuration stays as it is.",
 };
 
@@ -97,6 +100,31 @@ function rollOffers(state: RollCalibrationState): Offer[] {
 const CONFIRM: Record<RollCalibrationState["step"], string> = {
   zero: "T is in the jig, locked", backlash: "Rocked enough", turn: "One turn done, locked", review: "",
 };
+
+function touchOffers(state: TouchState): Offer[] {
+  switch (state.stage) {
+    case "collecting": {
+      const finish = (kind: Offer["kind"]): Offer => offer("calibration_finish", "Finish", kind,
+        state.can_finish ? "" : "Finish: more landmarks are needed first.");
+      if (state.current === null) return [finish("primary")];
+      return [
+        offer("registration_take", "Take this place", "primary", state.can_take ? "" : state.why),
+        offer("registration_skip", "Skip it", "plain"),
+        ...(state.can_finish ? [finish("plain")] : []),
+      ];
+    }
+    case "solving":
+      return [];
+    case "done": {
+      const back = offer("calibration_continue", "Back to touching", state.is_grave ? "primary" : "plain");
+      const save = offer("calibration_accept", state.is_grave ? "Save in spite of doubts" : "Save the registration",
+        state.is_grave ? "plain" : "primary", state.can_save ? "" : "It is being worked out.");
+      return state.is_grave ? [back, save] : [save, back];
+    }
+    case "failed":
+      return [offer("calibration_continue", "Back to touching", "primary")];
+  }
+}
 
 function offer(command: string, label: string, kind: Offer["kind"], why = "", confirm = ""): Offer {
   return { command, label, kind, why, confirm };

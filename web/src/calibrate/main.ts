@@ -5,6 +5,7 @@ import "../styles/shell.css";
 import "../styles/parts.css";
 import "../styles/calibrate.css";
 import "../styles/roll.css";
+import "../styles/touch.css";
 import { countErrors } from "../debug";
 import { settingsFrom } from "../settings";
 import { tellStartFailure } from "../ui/banner";

@@ -21,9 +21,14 @@ import { IntrinsicsView } from "./intrinsics_view";
 import { MarkersView } from "./markers_view";
 import { showFigures } from "./results";
 import { RollView } from "./roll_view";
+import { TouchView } from "./touch_view";
 import type { View, ViewContext } from "./view";
 
 const TICK_MS = 100;
+/** What the space bar does. */
+const CAPTURES: Partial<Record<Calibration["type"], string>> = {
+  calibrate_intrinsics: "calibration_capture", calibrate_registration: "registration_take",
+};
 
 /** What tests and curious people can ask the page: `window.__cathxrCalibration`. */
 export interface CalibrationHandle {
@@ -71,6 +76,7 @@ export class CalibrationPage {
       calibrate_markers: new MarkersView(context),
       calibrate_cameras: new CamerasView(context),
       calibrate_roll: new RollView(),
+      calibrate_registration: new TouchView(context),
     };
     this.actions = new Actions((name, args) => this.commands.ask(name, args), (command, result) => this.done(command, result));
     wirePairing(this.commands, () => {
@@ -117,6 +123,7 @@ export class CalibrationPage {
       case "calibrate_markers":
       case "calibrate_cameras":
       case "calibrate_roll":
+      case "calibrate_registration":
         this.takeState(message);
         break;
       case "event":
@@ -246,10 +253,11 @@ export class CalibrationPage {
   private key(event: KeyboardEvent): void {
     const target = event.target as HTMLElement;
     if (event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-    if (target.closest("input, button, dialog") !== null || this.state?.type !== "calibrate_intrinsics") return;
+    const command = this.state === null ? undefined : CAPTURES[this.state.type];
+    if (target.closest("input, button, dialog") !== null || command === undefined) return;
     if (event.key === " " || event.key.toLowerCase() === "c") {
       event.preventDefault();
-      this.actions.press("calibration_capture");
+      this.actions.press(command);
     }
   }
 }

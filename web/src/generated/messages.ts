@@ -171,6 +171,135 @@ export interface RollCalibrationState {
   figures: Figure[];
 }
 
+/** A picture of the heart from one side. path: to GET from this server; size_px: its width and height. */
+export interface HeartView {
+  title: string;
+  path: string;
+  size_px: [number, number];
+}
+
+/** One landmark to be touched. places: where it is in each view, as shares of its width and height. */
+export interface TouchedLandmark {
+  name: string;
+  label: string;
+  status: "waiting" | "touched" | "skipped";
+  places: Vector2[];
+  /** Standard deviation of the resting tip (3D); null before it is touched. */
+  spread_mm: number | null;
+  /** Left by the fit; not a target error. */
+  residual_mm: number | null;
+  /** Left by a fit to all the others. */
+  held_out_mm: number | null;
+}
+
+/** The heart being registered by touching landmarks with the tracked tip. */
+export interface TouchState {
+  type: "calibrate_registration";
+  stage: "collecting" | "solving" | "done" | "failed";
+  advice: string;
+  /** A simulated hand touches the landmarks, without hardware. */
+  is_simulated: boolean;
+  kind: "rigid" | "similarity" | "affine";
+  landmarks: TouchedLandmark[];
+  /** The landmark to be touched now; null when none is left. */
+  current: string | null;
+  views: HeartView[];
+  /** Where the tip is in each view, by the landmarks so far; or empty. */
+  tip_places: Vector2[];
+  is_tracked: boolean;
+  /** Why the tip is not tracked; empty when it is. */
+  trouble: string;
+  /** How much of the rest that it takes the tip has rested by now, 0 to 1. */
+  rest_share: number;
+  /** Standard deviation of the resting tip (3D). */
+  rest_spread_mm: number | null;
+  can_take: boolean;
+  /** Why the landmark cannot be taken yet; empty when it can. */
+  why: string;
+  can_finish: boolean;
+  can_save: boolean;
+  /** What is odd about the landmarks, the gravest first. */
+  doubts: string[];
+  /** One of the doubts says that the result should not be used. */
+  is_grave: boolean;
+  figures: Figure[];
+  pictures: ResultPicture[];
+}
+
+/** One of the three planes, as it is seen. Its slices are at /heart/ct/{name}/{index}.bin. */
+export interface SlicePlane {
+  name: "axial" | "coronal" | "sagittal";
+  columns: number;
+  rows: number;
+  slices: number;
+  /** To the next column, row and slice. */
+  spacing_mm: Vector3;
+  /** Of the left, right, upper and lower side: R L A P H F. */
+  letters: [string, string, string, string];
+}
+
+/** A structure that a seed may name, or that the labels show. */
+export interface HeartStructure {
+  key: string;
+  name: string;
+  colour: string;
+  /** Its value in the slices of the labels; 0: it has none there. */
+  label: number;
+  /** Whether a seed may name it. */
+  seedable: boolean;
+  /** In the labels that are shown; null where they do not have it. */
+  volume_ml: number | null;
+  /** In the labels before these. */
+  before_ml: number | null;
+}
+
+/** One seed. id: for the commands. */
+export interface HeartSeed {
+  id: number;
+  structure: string;
+  /** mm, ct */
+  position_mm: Vector3;
+  /** Voxels as seen: x to the patient's left, y to the back, z to the feet. */
+  seen: Vector3;
+  radius_mm: number | null;
+  /** Of the voxel it lies in. */
+  hu: number;
+  /** Key of the structure that the labels have there; empty: none. */
+  labelled: string;
+}
+
+/** Seeds being placed in a heart's CT. */
+export interface HeartSeedsState {
+  type: "heart_seeds";
+  stage: "ready" | "segmenting" | "failed";
+  /** What to do next, or what went wrong: one sentence for a person. */
+  advice: string;
+  /** Share of the segmentation that is done; null where it is not known. */
+  progress: number | null;
+  /** What the segmentation does now. */
+  doing: string;
+  planes: SlicePlane[];
+  /** Millimetres in ct of one voxel along x, y, z; and of voxel 0. */
+  ct_from_seen: Vector3[];
+  /** The largest angle between the slices' axes and the patient's. */
+  tilt_deg: number;
+  structures: HeartStructure[];
+  seeds: HeartSeed[];
+  /** For /heart/labels/{version}/{name}/{index}.bin; 0: no labels yet. */
+  labels_version: number;
+  /** First and last voxel, as seen, of what is labelled; empty: nothing. */
+  labels_box: Vector3[];
+  labels_from: "nothing" | "file" | "segmentation";
+  /** The labels were made with these seeds. */
+  is_current: boolean;
+  /** What the segmentation could not do, and what helps: sentences. */
+  findings: string[];
+  can_undo: boolean;
+  can_redo: boolean;
+  /** The seeds file holds these seeds. */
+  saved: boolean;
+}
+
 /** First message on every link. */
 export interface Hello {
   type: "hello";
@@ -359,13 +488,29 @@ export interface PartDescription {
   colour: string;
 }
 
-/** Where the heart is. ct_from_box; the error fields are null when unknown. */
+/**
+ * Where the heart is: point_ct = scale * R * point_box + t, or, where it is given, linear * point_box + t.
+ *
+ * The error fields are null when unknown. An affinity's scale and rotation are those nearest to its linear part: an
+ * orientation is turned by them.
+ */
 export interface RegistrationDescription {
+  /** placement (nothing was measured), rigid, similarity or affine. */
   kind: string;
   ct_from_box: PoseDescription;
   scale: number;
+  /** Row by row; scale, stretch and rotation in one. Null unless kind is affine. */
+  linear: [Vector3, Vector3, Vector3] | null;
+  /** Root mean square residual of the landmarks; not the error elsewhere. */
   fre_mm: number | null;
+  /** Held-out (leave-one-out) error, root mean square. */
   tre_mm: number | null;
+  /** Expected error at the landmarks' centroid. */
+  predicted_tre_mm: number | null;
+  /** Greatest expected error over the heart. */
+  worst_tre_mm: number | null;
+  /** ISO date of the measurement. */
+  date: string | null;
 }
 
 /** The heart: its files, parts, and attribution. glTF: metres, y up, (x, z, -y) / 1000 of ct. */
@@ -421,7 +566,9 @@ export type ServerMessage =
   | IntrinsicsState
   | MarkersState
   | CamerasState
-  | RollCalibrationState;
+  | RollCalibrationState
+  | TouchState
+  | HeartSeedsState;
 
 /** What a client sends. */
 export type ClientMessage =

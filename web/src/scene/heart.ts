@@ -19,6 +19,8 @@ import type { HeartDescription, PartDescription, RegistrationDescription } from 
 import type { Settings } from "../settings";
 
 export const DEFAULT_OPACITY = 0.16;
+/** The name that the heart's file gives the material of its caps. */
+const CAPS_MATERIAL = "caps";
 const BACK_ORDER = 10;
 const FRONT_ORDER = 20;
 
@@ -88,7 +90,7 @@ export class Heart {
   private adopt(node: Object3D, colour: string): Mesh[] {
     const made: Mesh[] = [];
     node.traverse((found) => {
-      if (!(found instanceof Mesh)) return;
+      if (!(found instanceof Mesh) || isCaps(found)) return;
       const geometry = found.geometry as BufferGeometry;
       if (geometry.getAttribute("normal") === undefined) geometry.computeVertexNormals();
       const sides = this.settings.material === "lambert" ? [FrontSide] as const : [BackSide, FrontSide] as const;
@@ -122,12 +124,23 @@ export class Heart {
   }
 }
 
+/** Whether a mesh closes a valve's plane or a vessel's cut: a catheter passes there, so it is no wall and not drawn. */
+export function isCaps(mesh: Mesh): boolean {
+  return !Array.isArray(mesh.material) && mesh.material.name === CAPS_MATERIAL;
+}
+
 /** Writes the transform from glTF's metres (x, z, -y of `ct`) to mm in `box`. */
 export function boxFromGltf(out: Matrix4, registration: RegistrationDescription): Matrix4 {
   const { rotation_wxyz, translation_mm } = registration.ct_from_box;
-  const [w, x, y, z] = rotation_wxyz;
-  const { scale } = registration;
-  out.compose(new Vector3(...translation_mm), new Quaternion(x, y, z, w), new Vector3(scale, scale, scale)).invert();
+  const { scale, linear } = registration;
+  if (linear != null) {
+    const [[a, b, c], [d, e, f], [g, h, i]] = linear;
+    const [x, y, z] = translation_mm;
+    out.set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1).invert();
+  } else {
+    const [w, x, y, z] = rotation_wxyz;
+    out.compose(new Vector3(...translation_mm), new Quaternion(x, y, z, w), new Vector3(scale, scale, scale)).invert();
+  }
   const ctFromGltf = new Matrix4().set(1000, 0, 0, 0, 0, 0, -1000, 0, 0, 1000, 0, 0, 0, 0, 0, 1);
   return out.multiply(ctFromGltf);
 }

@@ -10,6 +10,7 @@ const KINDS: Record<string, string> = {
   placement: "Placement only, not registered.",
   rigid: "Registered to landmarks",
   similarity: "Registered to landmarks, scaled",
+  affine: "Registered to landmarks, scaled and stretched",
 };
 
 export class PartList {
@@ -29,10 +30,15 @@ export class PartList {
     byId("parts").replaceChildren(...this.rows.map((row) => row.box.parentElement!));
     byId("all-parts").hidden = parts.length === 0;
     this.all.value = String(parts[0]?.opacity ?? DEFAULT_OPACITY);
-    const { kind, fre_mm, tre_mm } = heart.registration;
+    const { kind, fre_mm, tre_mm, predicted_tre_mm: centre, worst_tre_mm: worst, date } = heart.registration;
     let text = KINDS[kind] ?? kind;
     if (kind !== "placement") {
-      text += `: FRE ${fixed(fre_mm, 1)} mm, held-out TRE ${fixed(tre_mm, 1)} mm.`;
+      if (date != null) text += ` on ${date}`;
+      // The FRE never comes first, nor alone: it is not the error elsewhere.
+      const parts = [`held-out TRE ${fixed(tre_mm, 1)} mm`];
+      if (centre != null) parts.unshift(`predicted TRE ${fixed(centre, 1)} mm`);
+      if (worst != null) parts[0] += `, at worst ${fixed(worst, 1)} mm`;
+      text += `: ${parts.join("; ")}; FRE ${fixed(fre_mm, 1)} mm.`;
     }
     setText(byId("placement"), text);
   }

@@ -1,0 +1,88 @@
+"""Whether a fitted curve can be what both pictures show, and how sure its tip is."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from cathxr.core import Detection
+from cathxr.geometry import CameraModel
+from cathxr.tracking.fit import LEAST_OUTLINE, CurveFit
+from cathxr.tracking.judge_kernels import agreement, tip_variance
+
+RESOLVED_MM = 0.8
+"""A tip less sure than this is not where both pictures show it, but where the curve's smoothness puts it."""
+_CORRELATION = 1.1
+"""Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of
+sigma. With it, and no calibration error, error / sigma is about 0.8 on the twin's smooth, noisy and faint scenes."""
+_OUTLINE_SHARE = 0.7
+"""The share of an end's outline that must lie on the fitted tube's: less is not that tube's end."""
+_OUTLINE_PX = 0.15
+_INSIDE_PX = 0.5
+_MOST_ADDED_RADII = 2.5
+"""Debris at the tip adds no more than this to a silhouette: more is the catheter itself."""
+_CLEAR_CAP = 0.3
+"""In one view at least, so much of the end's outline is the rounded end's: else it may be a crossing, and no end."""
+_SEEN_CAP = 5
+_UNSEEN_MM = 1.0
+"""A tip that one view does not show (fewer points of the outline are the rounded end's) is no surer than this."""
+_LEAST_CAP = 3
+"""So many points of the outline on the rounded end show where it is."""
+_CONTAINED_RADII = 1.0
+"""Where its outline does not show the tip, it lies in the silhouette: as near as this to the measured midline."""
+_DENSE = np.linspace(0.0, 1.0, 100)
+
+
+def judged(
+    cameras: Sequence[CameraModel],
+    detections: Sequence[Detection],
+    fit: CurveFit,
+    *,
+    radius_mm: float,
+    without: int | None = None,
+) -> tuple[str | None, float]:
+    """Return why a fit cannot be what the pictures show (None when it can) and its tip's sigma, mm.
+
+    without: the view whose end's outline had no part in the fit. sigma: root of the trace of the covariance from
+    pictures and prior. Where the end's outline fits worse than its own sigma says, all that follows is as much less
+    sure; where a view does not show the end, only the curve's smoothness places it.
+    """
+    if not np.isfinite(fit.control).all():
+        return "the two views disagree", math.inf
+    curve = fit.points(_DENSE)
+    outlined = any(len(each.end_px) >= LEAST_OUTLINE for each in detections)
+    reason = None
+    clear, unseen, excess = not outlined, False, 1.0
+    thinnest = math.inf
+    for view, (camera, each) in enumerate(zip(cameras, detections, strict=True)):
+        try:
+            line = camera.project_with_jacobian(curve)[0]
+        except ValueError:
+            return "the two views disagree", math.inf
+        radius, added, away, inside, share, on_cap, own_excess = agreement(
+            line, each.curve_px, each.half_width_px, fit.ends_off_px[view], each.end_sigma_px, fit.caps[view],
+            _OUTLINE_PX,
+        )  # fmt: skip
+        thinnest = min(thinnest, radius)
+        if view != without:
+            unseen = unseen or (outlined and on_cap < _SEEN_CAP)
+            excess = max(excess, own_excess)
+        if added > _MOST_ADDED_RADII * radius:
+            reason = f"the {each.camera} camera shows more than one catheter can be"
+        if len(each.end_px) < LEAST_OUTLINE:
+            continue
+        clear = clear or on_cap >= _CLEAR_CAP * len(each.end_px)
+        if view == without and inside < -_INSIDE_PX:
+            # dirt and bubbles add to a silhouette and take nothing away: the tip must lie inside
+            reason = f"the tip is not where the {each.camera} camera sees it"
+        elif view != without and share < _OUTLINE_SHARE:
+            reason = f"something lies at the tip ({each.camera})"
+        elif without is not None and on_cap < _LEAST_CAP and away > _CONTAINED_RADII * radius:
+            reason = f"the two views disagree about the tip ({each.camera})"
+    if not clear:
+        reason = reason or "the tip is not seen clearly"
+    if fit.rms_px > max(2.0, 0.6 * thinnest) or fit.tip_gap_px > max(4.0, 1.2 * thinnest):
+        reason = f"the two views disagree by {min(max(fit.rms_px, fit.tip_gap_px), 9999.0):.1f} px"
+    variance = float(tip_variance(fit.basis.spans, fit.control, fit.information, radius_mm)) * excess
+    sigma = math.sqrt(variance) * _CORRELATION if variance >= 0.0 else math.inf
+    return reason, max(sigma, _UNSEEN_MM) if unseen else sigma

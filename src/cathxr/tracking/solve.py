@@ -1,0 +1,151 @@
+"""From two measured midlines to one fitted curve: first guesses, fits, and whether both pictures agree with the tip."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cathxr.core import Detection, FloatArray
+from cathxr.geometry import CameraModel, nearest_to_rays
+from cathxr.tracking.fit import CurveFit, Guess, fit_curve, guess_of
+from cathxr.tracking.judge import RESOLVED_MM, judged
+from cathxr.tracking.matching import Matching, match, ray_distances
+
+_MATCH_SIGMA_MM = 0.25
+_HIDDEN_POINTS = 3
+"""So many first points of one view without a partner in the other are no accident of the matching."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A fitted curve. sigma_mm: of its tip, from pictures and prior. doubtful: a camera that shows more at the tip."""
+
+    fit: CurveFit
+    sigma_mm: float
+    doubtful: str | None = None
+
+
+def solved(
+    cameras: Sequence[CameraModel],
+    table: FloatArray,
+    detections: Sequence[Detection],
+    *,
+    radius_mm: float,
+    predicted: Guess | None = None,
+) -> Solution | str:
+    """Return the curve that both views show, or why there is none.
+
+    cameras and table: of the two views, see `fit.camera_table`; radius_mm: the catheter's; predicted: where the curve
+    should be, tried first.
+    """
+    if predicted is not None:
+        fit = _fitted(table, detections, predicted, radius_mm=radius_mm)
+        reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm)
+        if reason is None and sigma <= RESOLVED_MM:
+            return Solution(fit, sigma)
+    try:
+        rays = [camera.ray(each.curve_px) for camera, each in zip(cameras, detections, strict=True)]
+    except ValueError:
+        return "the catheter lies where the lens model does not hold"
+    origins = [camera.centre_box for camera in cameras]
+    matching = match(ray_distances(origins[0], rays[0], origins[1], rays[1]), _MATCH_SIGMA_MM)
+    if len(matching.pairs) < 4:
+        return "too little of the catheter is seen"
+    guesses = _guesses(cameras, detections, rays, matching)
+    if predicted is not None:
+        guesses.append(predicted)
+    if not guesses:
+        return "the two views disagree"
+    reasons: list[str] = []
+    unresolved = []
+    for guess in guesses:
+        fit = _fitted(table, detections, guess, radius_mm=radius_mm)
+        reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm)
+        if reason is not None:
+            reasons.append(reason)
+        elif sigma <= RESOLVED_MM:
+            return Solution(fit, sigma)
+        else:
+            unresolved.append(Solution(fit, sigma))
+    # something may lie at the tip in one view: the other view and the rest of this one say where the tip is
+    for guess in guesses:
+        found = []
+        for without, each in enumerate(detections):
+            fit = _fitted(table, detections, guess, radius_mm=radius_mm, without_end=without)
+            reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm, without=without)
+            if reason is None and sigma <= RESOLVED_MM:
+                found.append(Solution(fit, sigma, each.camera))
+        if len(found) == 1:
+            return found[0]
+    if unresolved:
+        return min(unresolved, key=lambda each: each.sigma_mm)
+    return reasons[0]
+
+
+def _fitted(
+    table: FloatArray,
+    detections: Sequence[Detection],
+    guess: Guess,
+    *,
+    radius_mm: float,
+    without_end: int | None = None,
+) -> CurveFit:
+    """Return the fit; where it runs away, one whose control points are not finite, which `judged` turns down."""
+    try:
+        return fit_curve(table, detections, guess, radius_mm=radius_mm, without_end=without_end)
+    except np.linalg.LinAlgError:
+        nowhere = np.full_like(guess.control, np.inf)
+        return CurveFit(guess.basis, nowhere, np.eye(nowhere.size), np.inf, np.inf)
+
+
+def _guesses(
+    cameras: Sequence[CameraModel], detections: Sequence[Detection], rays: Sequence[FloatArray], matching: Matching
+) -> list[Guess]:
+    """Return first guesses, most likely first: where both views begin together, and with what only one of them sees."""
+    pairs = matching.pairs
+    origins = np.stack([camera.centre_box for camera in cameras])
+    points = nearest_to_rays(origins, np.stack([rays[0][pairs[:, 0]], rays[1][pairs[:, 1]]]))
+    if not all(bool((camera.to_camera(points)[:, 2] > 1.0).all()) for camera in cameras):
+        return []
+    result = [_guess(points, pairs, detections)]
+    alone = int(np.argmax(pairs[0]))
+    count = int(pairs[0, alone])
+    if count >= _HIDDEN_POINTS:
+        # the tip hides behind the catheter in the other view: go on at the same depth, until the fit knows better
+        camera, seen = cameras[alone], rays[alone][:count]
+        depth = camera.to_camera(points[:1])[0, 2]
+        along = seen @ camera.camera_from_box.rotation[2]
+        ahead = origins[alone] + seen * (depth / along)[:, None]
+        own = np.full((count, 2), -1, dtype=np.int64)
+        own[:, alone] = np.arange(count)
+        result.append(_guess(np.vstack([ahead, points]), np.vstack([own, pairs]), detections))
+    return result
+
+
+def _guess(points: FloatArray, pairs: NDArray[np.int64], detections: Sequence[Detection]) -> Guess:
+    start, fraction = thinned(points)
+    starts_at = tuple(_parameters(pairs[:, view], fraction, len(each.curve_px)) for view, each in enumerate(detections))
+    return guess_of(start, starts_at)
+
+
+def thinned(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (points without coincident neighbours, arc fraction of every given point), smoothed over neighbours.
+
+    A matching on a pixel grid zigzags by a sample; a mean over five removes that before lengths are measured.
+    """
+    kernel = np.ones(5) / 5.0
+    padded = np.vstack([2 * points[0] - points[2:0:-1], points, 2 * points[-1] - points[-2:-4:-1]])
+    smooth = np.stack([np.convolve(padded[:, axis], kernel, mode="valid") for axis in range(3)], axis=1)
+    steps = np.maximum(np.linalg.norm(np.diff(smooth, axis=0), axis=1), 1e-6)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    keep = np.concatenate([[True], steps > 1e-3])
+    return smooth[keep], along / along[-1]
+
+
+def _parameters(indices: NDArray[np.int64], fraction: FloatArray, count: int) -> FloatArray:
+    """Return the mean arc fraction (count,) of each measured point of a view, -1 where the matching leaves it out."""
+    part = indices >= 0
+    total = np.bincount(indices[part], weights=fraction[part], minlength=count)
+    times = np.bincount(indices[part], minlength=count)
+    return np.where(times > 0, total / np.maximum(times, 1), -1.0)

@@ -1,0 +1,1 @@
+"""What the tests of the heart share: a writer of DICOM series, and phantoms."""

@@ -1,5 +1,6 @@
 """The page in a real browser, on the real command with the digital twin: what is drawn is what is."""
 
+import itertools
 import json
 import os
 import re
@@ -14,6 +15,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page, sync_playwright
 from websockets.sync.client import connect
 
@@ -75,6 +77,7 @@ class Witness:
     def __init__(self, port: int) -> None:
         self.tracks: dict[int, list[float]] = {}
         self.truths: dict[int, list[float]] = {}
+        self.instants: dict[int, float] = {}
         self._url = f"ws://127.0.0.1:{port}/ws?protocol=1"
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._listen)
@@ -93,6 +96,7 @@ class Witness:
                 message = json.loads(link.recv(timeout=HANG_S))
                 if message["type"] == "track" and message["tip"] is not None:
                     self.tracks[message["seq"]] = message["tip"]["position"]
+                    self.instants[message["seq"]] = message["t"]
                 elif message["type"] == "event" and message["kind"] == "truth" and message["payload"]["tip"]:
                     self.truths[message["payload"]["seq"]] = message["payload"]["tip"]
 
@@ -170,25 +174,35 @@ def watched(browser: Browser, live: LiveProcess) -> Iterator[Watched]:
 
 def test_the_tip_is_drawn_where_the_twin_has_it(watched: Watched, live: LiveProcess) -> None:
     watched.until("window.__cathxr?.drawn()")
-    samples: dict[int, list[float]] = {}
+    samples: dict[float, list[float]] = {}
+    compared: list[tuple[list[float], NDArray[np.float64], NDArray[np.float64]]] = []
     with Witness(live.port) as witness:
         deadline = time.monotonic() + HANG_S
-        while time.monotonic() < deadline:
+        while time.monotonic() < deadline and len(compared) < 12:
             if drawn := watched.ask("window.__cathxr.drawn()"):
-                samples[drawn["seq"]] = drawn["tip"]
-            if len(samples.keys() & witness.truths.keys() & witness.tracks.keys()) >= 12:
-                break
+                samples[drawn["t"]] = drawn["tip"]
+            compared = [(tip, *found) for t, tip in samples.items() if (found := _between(witness, t)) is not None]
             watched.page.wait_for_timeout(80)
-    common = sorted(samples.keys() & witness.truths.keys() & witness.tracks.keys())
-    assert len(common) >= 12, f"only {len(common)} of {len(samples)} drawn pairs have both a Track and a truth"
-    drawn_tips = np.array([samples[seq] for seq in common])
-    from_track = np.linalg.norm(drawn_tips - [witness.tracks[seq] for seq in common], axis=1)
-    from_truth = np.linalg.norm(drawn_tips - [witness.truths[seq] for seq in common], axis=1)
-    # The link rounds to 1e-4 mm; float32 in metres and back costs 1e-5 mm: what is drawn is the Track, exactly.
-    assert from_track.max() < 1e-3
+    assert len(compared) >= 12, f"of {len(samples)} drawn instants only {len(compared)} lie between known pairs"
+    drawn_tips, tracks, truths = (np.array(each) for each in zip(*compared, strict=True))
+    # What is drawn lies between two Tracks, at the instant that it says; the filter against shimmer may hold it back by
+    # 0.25 mm, and what was carried on beyond the newest Track is taken back within some 40 ms.
+    assert np.percentile(np.linalg.norm(drawn_tips - tracks, axis=1), 90) < 0.3
     # The requirement. The tracker's own error on smooth scenes is to be under 0.5 mm on average.
-    assert from_truth.max() < 1.0
+    assert np.percentile(np.linalg.norm(drawn_tips - truths, axis=1), 90) < 1.0
     assert np.ptp(drawn_tips, axis=0).max() > 0.1, "the catheter does not move"
+
+
+def _between(witness: Witness, t: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the tip of the Tracks and the true one at an instant, mm; None where the pairs around it are not known."""
+    known = sorted((at, seq) for seq, at in dict(witness.instants).items() if seq in witness.truths)
+    for (before, a), (after, b) in itertools.pairwise(known):
+        if before <= t <= after and after - before < 0.25:
+            share = (t - before) / (after - before)
+            tips = ([np.array(of[a]), np.array(of[b])] for of in (witness.tracks, witness.truths))
+            track, truth = (first + share * (second - first) for first, second in tips)
+            return track, truth
+    return None
 
 
 def test_the_catheter_is_seen_and_the_pictures_carry_the_curve_of_their_own_pair(

@@ -1,10 +1,15 @@
 /** What tests and curious people can ask the page: `window.__cathxr`. */
 
+import type { SceneReport } from "./scene/report";
+import type { XrDebug } from "./xr/report";
+
 export interface DebugHandle {
   /** Frames drawn so far. */
   readonly frames: number;
-  /** The drawn Track's number, where the tip is drawn, mm in `box`, and whether the beam is; null without a catheter. */
-  drawn(): { seq: number; tip: [number, number, number]; beam: boolean } | null;
+  /** The newest Track's number, the instant that is drawn (s, the host's clock), where the tip is drawn, mm in `box`, and whether the beam is; null without a catheter. */
+  drawn(): { seq: number; t: number; tip: [number, number, number]; beam: boolean } | null;
+  /** Figures of the scene, and what the last frame cost. */
+  scene(): SceneReport;
   /** What the status at the top says. */
   readonly status: string;
   readonly link: string;
@@ -17,8 +22,12 @@ export interface DebugHandle {
   readonly pixelRatio: number;
   readonly heartParts: number;
   readonly role: string;
+  /** Where the page's camera is in the scene, m. */
+  camera(): [number, number, number];
   /** Each camera panel's shown pair, and whether the curve of that pair is drawn over it. */
   pictures(): { camera: string; seq: number; overlaid: boolean }[];
+  /** The headset's session, and what it shows. */
+  readonly xr: XrDebug;
 }
 
 declare global {

@@ -38,10 +38,10 @@ export function makeLabel(text: string, colour: string): Sprite {
   return sprite;
 }
 
-/** Gives every label under `root` its size on a view of `viewPx` CSS pixels in height. */
-export function fitLabels(root: Object3D, viewPx: number): void {
+/** Gives every label under `root` its size on a view of `viewPx` CSS pixels in height, in a world scaled by `worldScale`. */
+export function fitLabels(root: Object3D, viewPx: number, worldScale = 1): void {
   const line = Math.min(LINE_PX.most, Math.max(LINE_PX.least, LINE_PX.share * viewPx));
-  const height = ((line / viewPx) * FIELD) / METRES_PER_UNIT;
+  const height = ((line / viewPx) * FIELD) / METRES_PER_UNIT / worldScale;
   root.traverse((node) => {
     if (!(node instanceof Sprite)) return;
     const { width, height: lines } = node.material.map!.image as HTMLCanvasElement;

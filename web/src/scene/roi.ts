@@ -30,7 +30,7 @@ export function makeRoi(scene: SceneDescription): Group {
   const low = scene.roi_min_mm;
   const high = scene.roi_max_mm;
   group.add(lines(edges(low, high), 0x45566a, 0.9));
-  group.add(lines(floor(low, high, GRID_MM), 0x1c2733, 1), lines(floor(low, high, TICK_MM / 2), 0x2a3948, 1));
+  group.add(named("floor", lines(floor(low, high, GRID_MM), 0x1c2733, 1)), named("floor", lines(floor(low, high, TICK_MM / 2), 0x2a3948, 1)));
   group.add(...scales(low, high));
   group.add(inlet(scene.catheter_diameter_mm));
   return group;
@@ -54,6 +54,11 @@ function lines(positions: number[], colour: number, opacity: number): LineSegmen
   geometry.setAttribute("position", new Float32BufferAttribute(positions, 3));
   const material = new LineBasicMaterial({ color: colour, opacity, transparent: opacity < 1 });
   return new LineSegments(geometry, material);
+}
+
+function named(name: string, drawn: LineSegments): LineSegments {
+  drawn.name = name;
+  return drawn;
 }
 
 function edges(low: Corner, high: Corner): number[] {

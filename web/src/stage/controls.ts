@@ -30,12 +30,17 @@ export interface SliderControl extends Common {
 
 export type Control = ToggleControl | ChoiceControl | SliderControl;
 
+const flat = (now: SceneSettings): boolean => now.mode === "2d";
 const withIce = (now: SceneSettings): boolean => now.ice;
 
 export const CONTROLS: readonly Control[] = [
   {
     key: "mode", kind: "choice", label: "Picture", group: "View", help: "The heart in space, or the flat pictures of a cath lab",
     choices: [{ value: "3d", label: "3D" }, { value: "2d", label: "2D" }],
+  },
+  {
+    key: "biplane", kind: "choice", label: "X-ray", group: "View", help: "The two arms: AP and lateral, RAO 30 and LAO 45, or as turned by hand", shown: flat,
+    choices: [{ value: "ap", label: "AP, lat" }, { value: "oblique", label: "RAO, LAO" }, { value: "own", label: "own" }],
   },
   { key: "ice", kind: "toggle", label: "Ultrasound (ICE)", group: "View", help: "Beam and ultrasound picture; off: the view from the tip" },
   { key: "hud", kind: "toggle", label: "Numbers", group: "View", help: "Tip, targets and delay beside the catheter" },

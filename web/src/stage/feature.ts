@@ -7,8 +7,9 @@ import type { DrawnTrack } from "../motion/drawn";
 /** One frame, as every feature is given it. The same object each time: nothing of it is to be kept. */
 export interface Frame {
   readonly nowMs: number;
+  /** Since the last frame; at most 0.1. */
   readonly dtS: number;
-  /** What is drawn now: between the last Tracks; null before the first and while the link is down. */
+  /** What is drawn now: between the last Tracks; null before the first. `stale` while the link is down. */
   readonly track: DrawnTrack | null;
   /** Whether a headset's session runs. */
   readonly immersive: boolean;

@@ -5,6 +5,9 @@ export type Mode = "3d" | "2d";
 /** What cuts the heart open: nothing, a plane in the hand (on a desktop: across the view), or the beam's plane. */
 export type Cut = "off" | "hand" | "beam";
 
+/** A pair of views that is used often; the arms' own angles are in `arms`. */
+export type Biplane = "ap" | "oblique" | "own";
+
 export interface PartSettings {
   readonly visible: boolean;
   /** 0 to 1. */
@@ -37,6 +40,7 @@ export interface SceneSettings {
   readonly landmarks: boolean;
   readonly wallContact: boolean;
   readonly arms: readonly [ArmAngles, ArmAngles];
+  readonly biplane: Biplane;
   readonly hud: boolean;
   readonly sound: boolean;
 }
@@ -61,6 +65,7 @@ export const DEFAULTS: SceneSettings = {
   landmarks: false,
   wallContact: true,
   arms: [{ laoDeg: 0, cranialDeg: 0 }, { laoDeg: 90, cranialDeg: 0 }],
+  biplane: "ap",
   hud: true,
   sound: true,
 };
@@ -76,6 +81,7 @@ const LIMITS: Readonly<Partial<Record<SettingKey, readonly [number, number]>>> =
 const CHOICES: Readonly<Partial<Record<SettingKey, readonly string[]>>> = {
   mode: ["3d", "2d"],
   cut: ["off", "hand", "beam"],
+  biplane: ["ap", "oblique", "own"],
 };
 /** What is not taken over from an earlier visit. */
 const FLEETING: ReadonlySet<SettingKey> = new Set(["frozen", "mode", "cut"]);
@@ -133,15 +139,20 @@ export interface Lock {
 
 export type Listener = (now: SceneSettings, before: SceneSettings) => void;
 
-/** Holds the settings. Every change, wherever from, goes through `set`, so that everybody sees the same. */
+/**
+ * Holds the settings. Every change, wherever from, goes through `set`, so that everybody sees the same. Over a person's
+ * own settings lie those borrowed from whom they follow, and over both what is locked.
+ */
 export class SettingsStore {
-  private current: SceneSettings;
+  private own: SceneSettings;
+  private lent: Lock | null = null;
   private lockedBy: Lock | null = null;
+  private current: SceneSettings;
   private readonly listeners = new Set<Listener>();
 
   /** storage: where the settings of an earlier visit are, null: nowhere. */
   constructor(private readonly storage: Storage | null = null, private readonly name = "cathxr.scene") {
-    this.current = { ...DEFAULTS, ...this.earlier() };
+    this.own = this.current = { ...DEFAULTS, ...this.earlier() };
   }
 
   get value(): SceneSettings {
@@ -152,18 +163,25 @@ export class SettingsStore {
     return this.lockedBy;
   }
 
+  /** Whether a setting cannot be changed now: it is locked, or another person's settings are borrowed. */
   locked(key: SettingKey): boolean {
-    return this.lockedBy !== null && key in this.lockedBy.values;
+    return this.lent !== null || (this.lockedBy !== null && key in this.lockedBy.values);
   }
 
-  /** Changes some settings, but for what is locked; values out of range are brought into it. */
+  /** Why a setting cannot be changed now, as a sentence; empty when it can. */
+  why(key: SettingKey): string {
+    if (this.lockedBy !== null && key in this.lockedBy.values) return this.lockedBy.sentence;
+    return this.lent?.sentence ?? "";
+  }
+
+  /** Changes some settings, but for what is held fast; values out of range are brought into it. */
   set(change: Change): void {
-    const next = { ...this.current, ...cleaned(change), ...this.lockedBy?.values };
-    if ((Object.keys(next) as SettingKey[]).every((key) => same(next[key], this.current[key]))) return;
-    const before = this.current;
-    this.current = next;
-    this.keep();
-    for (const listener of [...this.listeners]) listener(next, before);
+    const wanted = cleaned(change);
+    const free = Object.fromEntries(Object.entries(wanted).filter(([key]) => !this.locked(key as SettingKey))) as Change;
+    // The whole heart's opacity goes for parts that had their own too: else its slider would leave them as they are.
+    const whole = free.heartOpacity !== undefined && wanted.parts === undefined && !this.locked("parts");
+    this.own = { ...this.own, ...free, ...(whole ? { parts: withOpacity(this.own.parts, free.heartOpacity!) } : {}) };
+    if (this.refresh()) this.keep();
   }
 
   /** Shows or hides one part of the heart, or gives it an opacity of its own. */
@@ -179,14 +197,41 @@ export class SettingsStore {
   /** Holds some settings fast; null lets go of them. */
   hold(lock: Lock | null): void {
     this.lockedBy = lock === null ? null : { values: cleaned(lock.values), sentence: lock.sentence };
-    this.set({});
-    for (const listener of [...this.listeners]) listener(this.current, this.current);
+    if (!this.refresh()) this.tell(this.current);
   }
 
-  /** Calls `listener` after every change, until what is returned is called. */
+  /** Shows another person's settings in place of one's own, which cannot be changed meanwhile and are kept. */
+  borrow(change: Change, sentence: string): void {
+    const began = this.lent === null;
+    this.lent = { values: cleaned(change), sentence };
+    if (!this.refresh() && began) this.tell(this.current);
+  }
+
+  /** Shows one's own settings again. */
+  giveBack(): void {
+    if (this.lent === null) return;
+    this.lent = null;
+    if (!this.refresh()) this.tell(this.current);
+  }
+
+  /** Calls `listener` after every change, of what is held fast too, until what is returned is called. */
   listen(listener: Listener): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
+  }
+
+  /** Works out what holds now; returns whether that is something else than before, which the listeners then know. */
+  private refresh(): boolean {
+    const next: SceneSettings = { ...this.own, ...this.lent?.values, ...this.lockedBy?.values };
+    if ((Object.keys(next) as SettingKey[]).every((key) => same(next[key], this.current[key]))) return false;
+    const before = this.current;
+    this.current = next;
+    this.tell(before);
+    return true;
+  }
+
+  private tell(before: SceneSettings): void {
+    for (const listener of [...this.listeners]) listener(this.current, before);
   }
 
   private earlier(): Change {
@@ -200,11 +245,15 @@ export class SettingsStore {
 
   private keep(): void {
     try {
-      this.storage?.setItem(this.name, JSON.stringify(this.current));
+      this.storage?.setItem(this.name, JSON.stringify(this.own));
     } catch {
       // a full or forbidden storage: the settings hold for this visit
     }
   }
+}
+
+function withOpacity(parts: SceneSettings["parts"], opacity: number): SceneSettings["parts"] {
+  return Object.fromEntries(Object.entries(parts).map(([name, part]) => [name, { ...part, opacity }]));
 }
 
 function same(a: unknown, b: unknown): boolean {

@@ -33,11 +33,20 @@ export function depthStep(depthMm: number): number {
   return 100;
 }
 
-/** Draws everything around the picture; what lies behind stays. */
+/** What stands beside the picture: whether it is held, how many there are a second, and why there is none, in words. */
+export interface PanelState {
+  readonly frozen: boolean;
+  readonly hz: number;
+  /** Empty: there is a picture. */
+  readonly message: string;
+  /** Name and colour of what is coloured; empty: nothing is. */
+  readonly legend: readonly (readonly [name: string, colour: string])[];
+}
+
+/** Draws everything around the picture; what lies behind stays. width, height: of the canvas, in the layout's pixels. */
 export function annotate(
-  context: CanvasRenderingContext2D, settings: IceSettings, at: Layout, state: { frozen: boolean; hz: number },
+  context: CanvasRenderingContext2D, settings: IceSettings, at: Layout, state: PanelState, width: number, height: number,
 ): void {
-  const { width, height } = context.canvas;
   context.clearRect(0, 0, width, height);
   context.lineWidth = 1.5;
   context.font = "16px system-ui, sans-serif";
@@ -48,12 +57,46 @@ export function annotate(
   context.textAlign = "left";
   context.fillStyle = INK;
   context.fillText(`${settings.frequencyMHz.toFixed(1)} MHz   ${Math.round(settings.depthMm)} mm`, 12, 18);
-  context.fillText(`Gain ${signed(settings.gainDb)} dB   DR ${Math.round(settings.dynamicRangeDb)} dB`, 12, 40);
+  context.fillText(`Gain ${signed(settings.gainDb)} dB`, 12, 40);
+  context.fillText(`DR ${Math.round(settings.dynamicRangeDb)} dB`, 12, 62);
   context.textAlign = "right";
   context.fillStyle = state.frozen ? "#ffb454" : INK;
   context.fillText(state.frozen ? "FROZEN" : `${Math.round(state.hz)} Hz`, width - 12, 18);
   context.fillStyle = DIM;
-  context.fillText("simulated, for training only", width - 12, 40);
+  context.font = "13px system-ui, sans-serif";
+  context.fillText("simulated, for training only", width - 10, height - 14);
+  drawLegend(context, state.legend);
+  if (state.message !== "") drawMessage(context, state.message, width, height);
+}
+
+/** Names beside colours, in the corner above the sector's proximal or distal edge that holds no numbers. */
+function drawLegend(context: CanvasRenderingContext2D, legend: PanelState["legend"]): void {
+  context.font = "14px system-ui, sans-serif";
+  context.textAlign = "left";
+  for (const [row, [name, colour]] of legend.entries()) {
+    const y = 90 + 19 * row;
+    context.fillStyle = colour;
+    context.fillRect(12, y - 6, 11, 11);
+    context.fillStyle = INK;
+    context.fillText(name, 29, y);
+  }
+}
+
+/** Words in the middle, broken where a line is full. */
+function drawMessage(context: CanvasRenderingContext2D, message: string, width: number, height: number): void {
+  context.font = "600 22px system-ui, sans-serif";
+  context.textAlign = "center";
+  const lines: string[] = [];
+  for (const word of message.split(" ")) {
+    const longer = lines.length === 0 ? word : `${lines[lines.length - 1]!} ${word}`;
+    if (lines.length > 0 && context.measureText(longer).width < 0.72 * width) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  const top = 0.55 * height - 15 * lines.length;
+  context.fillStyle = "rgba(5, 8, 12, 0.86)";
+  context.fillRect(0.08 * width, top - 26, 0.84 * width, 30 * lines.length + 38);
+  context.fillStyle = "#ffb454";
+  for (const [row, line] of lines.entries()) context.fillText(line, width / 2, top + 8 + 30 * row);
 }
 
 /** Depths along both edges of the sector, every tenth of a step's double, with numbers in mm on the right. */

@@ -1,0 +1,96 @@
+/** A plate that is written and drawn on: a canvas as a texture, sent to the graphics card only when it was redrawn. */
+
+import { CanvasTexture, Group, LinearFilter, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace } from "three";
+import type { Plate } from "../flat/plate";
+
+export const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
+/** After the heart and the catheter: what is to be read is not seen through them. */
+export const PLATE_ORDER = 60;
+
+export const INK = {
+  panel: "rgba(16, 23, 33, 0.985)", bar: "#1d2a3a", row: "#172230", track: "#33475e", edge: "#48607c",
+  text: "#f2f6fa", soft: "#b7c6d6", faint: "#8193a6", accent: "#3f8cff", onAccent: "#ffffff",
+  good: "#4ade80", warn: "#fbbf24", bad: "#ff6b6b", idle: "#9fb1c4",
+} as const;
+
+export abstract class CanvasPlate implements Plate {
+  readonly group = new Group();
+  readonly widthM: number;
+  readonly heightM: number;
+  protected readonly context: CanvasRenderingContext2D;
+  private readonly texture: CanvasTexture;
+  private readonly material: MeshBasicMaterial;
+
+  /** Sizes in mm; `sharpness`: pixels a mm. One unit of the drawing is one mm, from the upper left corner. */
+  constructor(readonly title: string, readonly widthMm: number, readonly heightMm: number, sharpness: number, order = PLATE_ORDER) {
+    this.widthM = widthMm / 1000;
+    this.heightM = heightMm / 1000;
+    const canvas = document.createElement("canvas");
+    canvas.width = Math.round(widthMm * sharpness);
+    canvas.height = Math.round(heightMm * sharpness);
+    this.context = canvas.getContext("2d")!;
+    this.context.scale(canvas.width / widthMm, canvas.height / heightMm);
+    this.texture = new CanvasTexture(canvas);
+    this.texture.colorSpace = SRGBColorSpace;
+    this.texture.minFilter = LinearFilter;
+    this.texture.generateMipmaps = false;
+    this.material = new MeshBasicMaterial({ map: this.texture, transparent: true, toneMapped: false });
+    const mesh = new Mesh(new PlaneGeometry(this.widthM, this.heightM), this.material);
+    mesh.renderOrder = order;
+    this.group.name = title;
+    this.group.add(mesh);
+    this.group.visible = false;
+  }
+
+  get visible(): boolean {
+    return this.group.visible;
+  }
+
+  /** Draws everything anew and sends it to the graphics card. */
+  protected redraw(): void {
+    this.context.clearRect(0, 0, this.widthMm, this.heightMm);
+    this.paint(this.context);
+    this.texture.needsUpdate = true;
+  }
+
+  /** Lets the plate be seen before everything, however near that is. */
+  protected before(): void {
+    this.material.depthTest = false;
+    this.material.depthWrite = false;
+  }
+
+  protected abstract paint(context: CanvasRenderingContext2D): void;
+}
+
+/** Fills a rectangle with round corners. */
+export function box(context: CanvasRenderingContext2D, at: Rect, radius: number, fill: string): void {
+  context.beginPath();
+  context.roundRect(at.x, at.y, at.w, at.h, radius);
+  context.fillStyle = fill;
+  context.fill();
+}
+
+/** Writes one line, narrowed where it would not fit. sizeMm: the height of the letters' em. */
+export function write(
+  context: CanvasRenderingContext2D, text: string, at: Rect, sizeMm: number, colour: string,
+  align: CanvasTextAlign = "left", weight = 500,
+): void {
+  context.font = `${weight} ${sizeMm}px ${FONT}`;
+  context.textAlign = align;
+  context.textBaseline = "middle";
+  context.fillStyle = colour;
+  const x = align === "left" ? at.x : align === "right" ? at.x + at.w : at.x + at.w / 2;
+  context.fillText(text, x, at.y + at.h / 2 + 0.04 * sizeMm, at.w);
+}
+
+/** mm on a plate, from its upper left corner. */
+export interface Rect {
+  readonly x: number;
+  readonly y: number;
+  readonly w: number;
+  readonly h: number;
+}
+
+export function contains(rect: Rect, x: number, y: number): boolean {
+  return x >= rect.x && x < rect.x + rect.w && y >= rect.y && y < rect.y + rect.h;
+}

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from cathxr.core import FloatArray, Status, Track
+from cathxr.core import Detection, FloatArray, Observation, Status, Track
 from cathxr.core.pose import Pose
 from cathxr.storage.rig_file import example_rig
 from cathxr.storage.session import SessionWriter
@@ -25,6 +25,8 @@ HANG_S = 180.0
 """Limit on waiting for what must come, on a loaded machine without a graphics card; not a measurement."""
 CHEAP = "?aa=0&mat=lambert&dpr=1&pictures=0&iceHz=10"
 RATE_HZ = 12.0
+_RECORDED_TRACKS = "from cathxr.app import cli, live_parts; live_parts.make_tracker = lambda *_, **__: None; cli.main()"
+"""The real command, but a replay that gives the recorded Tracks, whose poses are known, instead of tracking again."""
 _SECONDS = 360.0
 
 
@@ -60,11 +62,16 @@ def record(folder: Path, kind: str) -> Path:
     writer = SessionWriter(folder, rig=example_rig(), config={}, clock_pair=(1, "2026-01-31T10:00:00Z"), videos=False)
     for seq in range(int(_SECONDS * RATE_HZ)):
         if kind == "turning":
-            writer.write_track(track(seq, roll_of(seq / RATE_HZ), np.zeros(3)))
+            made = track(seq, roll_of(seq / RATE_HZ), np.zeros(3))
         elif kind == "resting":
-            writer.write_track(track(seq, 0.4, rng.normal(0.0, 0.02 / np.sqrt(3.0), 3), rng.normal(0.0, 0.00087)))
+            made = track(seq, 0.4, rng.normal(0.0, 0.02 / np.sqrt(3.0), 3), rng.normal(0.0, 0.00087))
         else:
-            writer.write_track(track(seq, None, np.zeros(3)))
+            made = track(seq, None, np.zeros(3))
+        missing = tuple(
+            Detection(name, seq, made.t_ns, reason="recorded without pictures") for name in ("top", "front")
+        )
+        writer.write_observation(Observation(seq, made.t_ns, missing, skew_ns=0))  # a replay keeps its time
+        writer.write_track(made)
     writer.close()
     return folder
 

@@ -1,4 +1,4 @@
-"""A page with an emulated headset: the viewer's head and hands are moved by the test, and the page is asked what it did."""
+"""A page with an emulated headset: the test moves the viewer's head and hands, and asks the page what it did."""
 
 import time
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from playwright.sync_api import Browser, Page
 HANG_S = 120.0
 """Limit on waiting for what must come, on a loaded machine without a graphics card; not a measurement."""
 CHEAP = "?xr=emulate&aa=0&mat=lambert&dpr=0.5&pictures=0&iceHz=5"
-SIZE = {"width": 480, "height": 240}
+WIDTH, HEIGHT = 480, 240
 Side = Literal["left", "right"]
 Place = Sequence[float] | npt.NDArray[np.float64]
 
@@ -21,7 +21,7 @@ class Headset:
 
     def __init__(self, browser: Browser, url: str, *, query: str = CHEAP) -> None:
         self.url = url
-        self.context = browser.new_context(viewport={**SIZE}, device_scale_factor=1)
+        self.context = browser.new_context(viewport={"width": WIDTH, "height": HEIGHT}, device_scale_factor=1)
         self.page: Page = self.context.new_page()
         self.requests: list[str] = []
         self.complaints: list[str] = []
@@ -46,7 +46,9 @@ class Headset:
             if value := self.ask(expression):
                 return value
             self.page.wait_for_timeout(30)
-        state = self.ask("JSON.stringify([window.__cathxr?.link, window.__cathxr?.status, window.__cathxr?.xr.report()])")
+        state = self.ask(
+            "JSON.stringify([window.__cathxr?.link, window.__cathxr?.status, window.__cathxr?.xr.report()])"
+        )
         raise AssertionError(f"never came true: {expression}\n{state}\n{self.complaints}")
 
     # --- the session ---

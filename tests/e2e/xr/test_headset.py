@@ -1,4 +1,4 @@
-"""The headset's sessions with an emulated headset: two eyes, hands that hold the world, a menu in the scene, a lost link."""
+"""Sessions with an emulated headset: two eyes, hands that hold the world, a menu in the scene, a lost link."""
 
 import cv2
 import numpy as np
@@ -57,7 +57,9 @@ def test_a_squeezed_controller_carries_the_world_by_its_own_motion(headset: Head
     headset.button("right", "squeeze", down=True)
     before = headset.world()
     quarter = np.deg2rad(40.0)
-    headset.put("controller-right", start + [0.1, 0.05, -0.2], [0.0, np.sin(quarter / 2), 0.0, np.cos(quarter / 2)])
+    headset.put(
+        "controller-right", start + np.array([0.1, 0.05, -0.2]), [0.0, np.sin(quarter / 2), 0.0, np.cos(quarter / 2)]
+    )
     moved = headset.world() @ np.linalg.inv(before)
     c, s = np.cos(quarter), np.sin(quarter)
     wanted = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
@@ -122,7 +124,7 @@ def test_a_slider_is_dragged_and_a_locked_setting_is_not(headset: Headset) -> No
     headset.aim("controller-right", hand, place)
     headset.button("right", "trigger", down=True)
     first = headset.settings()["heartOpacity"]
-    headset.aim("controller-right", hand, place + [0.04, 0.0, 0.0])
+    headset.aim("controller-right", hand, place + np.array([0.04, 0.0, 0.0]))
     headset.button("right", "trigger", down=False)
     # A track of 144 mm goes from 0 to 1; the menu faces the viewer, so that 40 mm across are 40 mm along it.
     assert np.isclose(headset.settings()["heartOpacity"] - first, 40 / 144, atol=0.05)
@@ -147,7 +149,7 @@ def test_the_presets_stand_where_they_say(headset: Headset) -> None:
     headset.button("left", "squeeze", down=False)
     headset.press("left", "thumbstick")
     centre = headset.ask("window.__cathxr.xr.centre()")
-    wanted = np.array(headset.report()["head"]) + [0.0, -BELOW_EYES_M, -AHEAD_M]
+    wanted = np.add(headset.report()["head"], [0.0, -BELOW_EYES_M, -AHEAD_M])
     headset.frames(2)
     headset.until("!window.__cathxr.xr.report().travelling")
     assert np.allclose((headset.world() @ [*centre, 1.0])[:3], wanted, atol=1e-3)

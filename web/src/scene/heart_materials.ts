@@ -9,7 +9,7 @@ export type Side = typeof FrontSide | typeof BackSide;
 const CUT_SHADE = { dark: "0.55", light: "0.85" };
 /** The inner wall's own colour, in which a part's colour still shows. */
 const ENDOCARDIUM = new Color(0xd98c7c);
-const OWN_COLOUR = 0.4;
+const OWN_COLOUR = 0.26;
 
 /** Returns the surface as it is seen through from outside. */
 export function translucent(settings: Settings, colour: string, side: Side): Material {
@@ -66,7 +66,8 @@ export function innerWall(colour: string): Material {
       .replace("#include <begin_vertex>", "#include <begin_vertex>\nvPlace = (modelMatrix * vec4(position, 1.0)).xyz;");
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>", `#include <common>\nvarying vec3 vPlace;\n${MOTTLE}`)
-      .replace("#include <color_fragment>", "#include <color_fragment>\ndiffuseColor.rgb *= mottle(vPlace);");
+      .replace("#include <color_fragment>", "#include <color_fragment>\ndiffuseColor.rgb *= mottle(vPlace);")
+      .replace("#include <opaque_fragment>", "outgoingLight = 1.0 - exp(-1.15 * outgoingLight); // a wall close by is bright, not white\n#include <opaque_fragment>");
   };
   return material;
 }

@@ -16,7 +16,7 @@ export class PageReadout implements Feature {
   private readonly wall = make("p", "in-wall");
   private readonly targetRow = make("div", "target");
   private readonly name = make("strong");
-  private readonly figures = make("span", "figures");
+  private readonly figures = make("span", "far");
   private readonly progress = make("progress");
   private readonly remove = button("Remove", "Take this target away", () => this.removeActive());
   private shownMs = -Infinity;

@@ -127,8 +127,7 @@ export class Menu extends CanvasPlate {
     }
     const spot = spotAt(this.rows, x, y);
     this.point(spot);
-    if (phase === "move") return true;
-    return this.press(spot, x);
+    return phase === "press" ? this.press(spot, x) : true; // held on a switch, a press is still one press
   }
 
   protected paint(context: CanvasRenderingContext2D): void {

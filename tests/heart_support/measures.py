@@ -30,7 +30,7 @@ class Agreement:
 
 
 def agreement(found: LabelVolume, truth: LabelVolume, key: str) -> Agreement:
-    """Return how one structure's voxels agree; the distance is between the outermost voxels' faces, to a voxel's part."""
+    """Return how one structure's voxels agree; the distance is between their outermost voxels' centres."""
     mine, wanted = found.mask(key), truth.mask(key)
     box = box_of(mine | wanted, 3)
     mine, wanted = mine[box], wanted[box]
@@ -62,9 +62,9 @@ def table(rows: dict[str, Agreement], spacing_mm: float) -> str:
         "|---|---|---|---|---|---|---|",
     ]
     for key, each in rows.items():
+        distances = [f"{value:.2f} ({value / spacing_mm:.2f})" for value in (each.mean_mm, each.p95_mm)]
         lines.append(
-            f"| {CATALOGUE[key].name} | {each.true_ml:.1f} | {each.found_ml:.1f} | {100.0 * each.volume_error:+.1f} % | "
-            f"{each.mean_mm:.2f} ({each.mean_mm / spacing_mm:.2f}) | {each.p95_mm:.2f} ({each.p95_mm / spacing_mm:.2f}) | "
-            f"{each.dice:.3f} |"
+            f"| {CATALOGUE[key].name} | {each.true_ml:.1f} | {each.found_ml:.1f} | "
+            f"{100.0 * each.volume_error:+.1f} % | {' | '.join(distances)} | {each.dice:.3f} |"
         )
     return "\n".join(lines)

@@ -135,7 +135,7 @@ def test_the_segmentation_keeps_its_word(repo_root: Path, shared_data: Path, tmp
         wrong += [
             f"{name}: {key}"
             for key, each in outcome.rows.items()
-            if abs(each.volume_error) >= PHANTOM_VOLUME or each.mean_mm >= HALF_A_VOXEL * min(SPACING_MM)
+            if abs(each.volume_error) >= PHANTOM_VOLUME or each.wall_mm >= HALF_A_VOXEL * min(SPACING_MM)
         ]
         if number == 0:
             slices(images / "proof-heart-phantom.png", outcome.volume, outcome.found.labels)
@@ -164,7 +164,7 @@ def _missed(wrong: list[str]) -> str:
     """Return the paragraph on the limits that were not kept."""
     if not wrong:
         return "\nEvery limit below is kept.\n"
-    return "\n**Not kept** (volume, or mean distance):\n\n" + "".join(f"- {each}\n" for each in wrong)
+    return "\n**Not kept** (volume, or the walls' mean distance):\n\n" + "".join(f"- {each}\n" for each in wrong)
 
 
 def _section(name: str, outcome: Outcome, spacing_mm: float) -> str:
@@ -198,9 +198,10 @@ _HEAD = f"""# The heart from CT: proof
 
 Made by `pytest -m proof tests/e2e/test_proof_segmentation.py` (part of `make prove`). Each scan but the real one is
 written as a DICOM series with shuffled file names, read by the reader, and segmented without any seed.
-Volumes are counted in voxels. Distance: from each outermost voxel of one surface to the nearest of the other, both
-ways; in brackets in voxels (of the shortest edge). The mean must stay below {HALF_A_VOXEL} voxels for the phantoms; it
-counts the cuts through the veins' mouths too, where no edge is to be seen.
+Volumes are counted in voxels. Distances are means over each outermost voxel of one surface to the nearest of the
+other, both ways; in brackets in voxels (of the shortest edge). Of the walls, where blood ends, the mean must stay below
+{HALF_A_VOXEL} voxels for the phantoms. The next column has the cuts through valves and veins' mouths too, where blood
+goes on and no edge is to be seen: where they lie is a matter of definition, to a millimetre or two.
 """
 _PHANTOM = f"""
 ## Four chambers that nobody was born with

@@ -26,12 +26,18 @@ _LIVE = ("e2e", "firmware", "contract", "runtime")
 _OFFLINE = (
     "test_builtin_heart.py",
     "test_calibration_boards.py",
+    "test_calibration_chain.py",
     "test_heart_build.py",
     "test_heart_deidentified.py",
     "test_heart_info.py",
     "test_photographs.py",
     "test_proof_heart_build.py",
+    "test_proof_intrinsics.py",
+    "test_proof_markers.py",
+    "test_proof_poses.py",
+    "test_proof_roll.py",
     "test_proof_segmentation.py",
+    "test_recorded_encoder.py",
     "test_register.py",
 )
 # Tests of these folders share what takes long to make, and so run in one process.

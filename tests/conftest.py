@@ -22,6 +22,24 @@ _NAMES = {"chromium": ("chromium", "chromium-browser", "google-chrome", "google-
 
 # Tests of these folders run real processes and threads against the clock: one at a time, with nothing beside them.
 _LIVE = ("e2e", "firmware", "contract", "runtime")
+# But not these: files in, files out.
+_OFFLINE = (
+    "test_builtin_heart.py",
+    "test_calibration_boards.py",
+    "test_calibration_chain.py",
+    "test_heart_build.py",
+    "test_heart_deidentified.py",
+    "test_heart_info.py",
+    "test_photographs.py",
+    "test_proof_heart_build.py",
+    "test_proof_intrinsics.py",
+    "test_proof_markers.py",
+    "test_proof_poses.py",
+    "test_proof_roll.py",
+    "test_proof_segmentation.py",
+    "test_recorded_encoder.py",
+    "test_register.py",
+)
 # Tests of these folders share what takes long to make, and so run in one process.
 _TOGETHER = ("calibration_check",)
 
@@ -31,7 +49,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark live tests, and let the others of a file run in one process where several run at once (see the Makefile)."""
     for item in items:
         folders = item.path.parent.relative_to(ROOT).parts
-        if any(each in folders for each in _LIVE):
+        if any(each in folders for each in _LIVE) and item.path.name not in _OFFLINE:
             item.add_marker("live")
         shared = [each for each in folders if each in _TOGETHER]
         item.add_marker(pytest.mark.xdist_group(shared[0] if shared else item.path.relative_to(ROOT).as_posix()))

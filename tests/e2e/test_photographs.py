@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from cathxr.core import Status
 from cathxr.storage.track_csv import read_track_csv
 
 SETS = {
@@ -41,7 +42,8 @@ SETS = {
     ),
 }
 SEEN_BY_CAM0 = ["606.3", "399.7"]  # marked by hand in a picture that the reconstruction does not use
-THIRD_CAMERA_PX = 3.0  # the tracking issue's target for this pose; measured 0.75 (docs/photographs.md)
+THIRD_CAMERA_PX = 3.0  # the tracking issue's target for this pose; measured 0.98 (docs/photographs.md)
+NOT_RESOLVED = {"2025-05-12": [3]}  # its sigma is 0.6 mm: said, not called tracked
 MIDLINE_PX = 0.8  # measured at most 0.45; the published calibration leaves 1 to 2 px between the views
 
 
@@ -83,7 +85,8 @@ def test_every_pose_is_tracked_and_lies_on_its_pictures(tracked: tuple[str, Path
     name, folder, published = tracked
     rows = read_track_csv(folder / "track.csv")
     assert rows
-    assert {row.status.value for row in rows} == {"tracked"}
+    assert [row.seq for row in rows if row.status is not Status.TRACKED] == NOT_RESOLVED.get(name, [])
+    assert {row.reason for row in rows} <= {"", "the tip is not resolved in both views"}
     said = run(
         str(repo_root / "examples" / "reprojection.py"),
         str(folder / "rig.toml"),
@@ -91,7 +94,7 @@ def test_every_pose_is_tracked_and_lies_on_its_pictures(tracked: tuple[str, Path
         str(folder / "front"),
     )
     midlines = [float(each) for each in re.findall(r"midline ([\d.]+) px", said)]
-    assert len(midlines) == 2 * len(rows)
+    assert len(midlines) == 2 * (len(rows) - len(NOT_RESOLVED.get(name, [])))
     assert max(midlines) < MIDLINE_PX
     if name == "three cameras":
         said = run(

@@ -12,6 +12,7 @@ from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
 from cathxr.heart.anatomy import CATALOGUE
+from cathxr.heart.segmentation.sampling import sampled
 from cathxr.heart.volume import Grid, LabelVolume, Technical, Volume
 
 from .pools import from_pools
@@ -22,6 +23,8 @@ __all__ = ["HeartLook", "four_chambers", "from_pools", "grid_about"]
 HEART_CENTRE_MM = (60.0, 60.0, 62.0)
 _CHAMBERS = ("left_ventricle", "right_ventricle", "left_atrium", "right_atrium")
 _SLICES_AT_ONCE = 8
+_FINE_MM = 1.6
+_OPENINGS = (("left_atrium", "left_ventricle"), ("right_atrium", "right_ventricle"))
 _VALVES = {"mitral": ((80.0, 72.0, 62.0), (70.0, 82.0, 74.0)), "tricuspid": ((36.0, 52.0, 52.0), (52.0, 44.0, 49.0))}
 
 # A stent graft's struts about the descending aorta.
@@ -73,10 +76,10 @@ def four_chambers(
     hu = np.empty(grid.shape, np.float32)
     labels = np.zeros(grid.shape, np.uint8)
     parts = _chest(look)
+    step = 2 if grid.spacing_mm.max() < _FINE_MM else 1
     for start in range(0, grid.shape[0], _SLICES_AT_ONCE):
         slab = slice(start, min(start + _SLICES_AT_ONCE, grid.shape[0]))
-        points = _points(grid, slab)
-        hu[slab], labels[slab] = _painted(points, parts, look, grid)
+        hu[slab], labels[slab] = _painted(_fields(grid, slab, parts, look, step), parts, look, grid)
     sigma = look.blur_mm / 2.3548 / grid.spacing_mm[::-1]
     hu = ndimage.gaussian_filter(hu, sigma, output=np.float32)
     rng = np.random.default_rng([seed, 0xC7])
@@ -87,63 +90,63 @@ def four_chambers(
     return Volume(np.clip(hu, -1024, 3071).astype(np.int16), grid, technical), LabelVolume(labels, grid, names)
 
 
-def _points(grid: Grid, slab: slice) -> Points:
-    """Return the centres (N, 3) mm of a slab's voxels."""
-    k, j, i = np.meshgrid(
-        np.arange(slab.start, slab.stop), np.arange(grid.shape[1]), np.arange(grid.shape[2]), indexing="ij"
-    )
-    return grid.to_ct(np.stack([i, j, k], axis=-1).reshape(-1, 3)).astype(np.float32)
+def _fields(
+    grid: Grid, slab: slice, parts: Sequence[tuple[Shape, float]], look: HeartLook, step: int
+) -> npt.NDArray[np.float32]:
+    """Return the signed distances (F, k, j, i) of a slab to the chest's parts, then to the blood, stent and valves.
+
+    Each step-th voxel is worked out along each axis, and what lies between is interpolated: truth and picture alike.
+    """
+    sizes = (slab.stop - slab.start, *grid.shape[1:])
+    coarse = [step * np.arange((size + step - 2) // step + 1) for size in sizes]
+    k, j, i = np.meshgrid(coarse[0] + slab.start, coarse[1], coarse[2], indexing="ij")
+    points = grid.to_ct(np.stack([i, j, k], axis=-1).reshape(-1, 3)).astype(np.float32)
+    shapes = [shape for shape, _ in parts]
+    fields = [shape(points) for shape in shapes] + list(_blood(points, look.size).values())
+    fields += [any_of(*_STRUTS)(points)] * look.stent
+    fields += [tube(_VALVES[valve], 9.0)(points) for valve in _VALVES if look.open_valves]
+    stacked = np.stack(fields).reshape(-1, *k.shape)
+    if step == 1:
+        return stacked
+    index = np.stack(np.meshgrid(*(np.arange(size) / step for size in sizes), indexing="ij"))
+    return sampled(stacked, index)
 
 
 def _painted(
-    points: Points, parts: Sequence[tuple[Shape, float]], look: HeartLook, grid: Grid
+    fields: npt.NDArray[np.float32], parts: Sequence[tuple[Shape, float]], look: HeartLook, grid: Grid
 ) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint8]]:
-    """Return the HU and labels of a slab's points: each part is laid over those before it, by how much it covers."""
+    """Return the HU and labels of a slab: each part is laid over those before it, by how much it covers."""
     edge = np.float32(grid.spacing_mm.mean())
-    hu = np.full(len(points), -1000.0, np.float32)
+    hu = np.full(fields.shape[1:], -1000.0, np.float32)
 
-    def lay(values: npt.NDArray[np.float32], distance: Distances, value: float) -> None:
-        values += np.clip(0.5 - distance / edge, 0.0, 1.0) * (np.float32(value) - values)
+    def lay(distance: Distances, value: float) -> None:
+        cover = np.clip(np.float32(0.5) - distance / edge, 0.0, 1.0)
+        np.multiply(cover, np.float32(value) - hu, out=cover)
+        np.add(hu, cover, out=hu)
 
-    for shape, value in parts:
-        lay(hu, shape(points), value)
-    labels = np.zeros(len(points), np.uint8)
-    about = np.flatnonzero(np.linalg.norm(points - np.asarray(HEART_CENTRE_MM, np.float32), axis=1) < 190.0)
-    near, near_hu, near_labels = points[about], hu[about], labels[about]
-    blood = _blood(near, look.size)
+    for distance, (_, value) in zip(fields, parts, strict=False):
+        lay(distance, value)
+    keys = list(_raw_blood())
+    blood = dict(zip(keys, fields[len(parts) :], strict=False))
+    further = list(fields[len(parts) + len(keys) :])
+    labels = np.zeros(hu.shape, np.uint8)
     heart = np.minimum.reduce([blood[key] for key in _CHAMBERS])
-    lay(near_hu, heart - np.float32(6.0), -90.0)  # fat
-    lay(near_hu, np.minimum.reduce([blood[key] for key in blood if key not in _CHAMBERS]) - np.float32(1.5), 60.0)
-    lay(near_hu, np.minimum(heart - np.float32(2.5), blood["left_ventricle"] - np.float32(9.0)), look.tissue_hu)
+    lay(heart - np.float32(6.0), -90.0)  # fat
+    lay(np.minimum.reduce([blood[key] for key in blood if key not in _CHAMBERS]) - np.float32(1.5), 60.0)
+    lay(np.minimum(heart - np.float32(2.5), blood["left_ventricle"] - np.float32(9.0)), look.tissue_hu)
     if look.stent:
-        lay(near_hu, any_of(*_STRUTS)(near), 2500.0)
+        lay(further.pop(0), 2500.0)
     # The catalogue's order puts chambers first; where a vessel runs into its chamber the chamber's label stays.
     for key in sorted(blood, key=lambda key: CATALOGUE[key].label, reverse=True):
-        lay(near_hu, blood[key], _hu(key, look))
-        near_labels[blood[key] < 0.0] = CATALOGUE[key].label
-    if look.open_valves:
-        _open(near, near_hu, near_labels, blood, look)
-    hu[about], labels[about] = near_hu, near_labels
-    slab = (len(points) // (grid.shape[1] * grid.shape[2]), grid.shape[1], grid.shape[2])
-    return hu.reshape(slab), labels.reshape(slab)
-
-
-def _open(
-    points: Points,
-    hu: npt.NDArray[np.float32],
-    labels: npt.NDArray[np.uint8],
-    blood: Mapping[str, Distances],
-    look: HeartLook,
-) -> None:
-    """Fill the two orifices with blood, in place; each half of them belongs to the nearer chamber."""
-    for valve, atrium, ventricle in (
-        ("mitral", "left_atrium", "left_ventricle"),
-        ("tricuspid", "right_atrium", "right_ventricle"),
-    ):
-        through = np.flatnonzero((tube(_VALVES[valve], 9.0)(points) < 0.0) & (labels == 0))
+        lay(blood[key], _hu(key, look))
+        labels[blood[key] < 0.0] = CATALOGUE[key].label
+    for (atrium, ventricle), valve in zip(_OPENINGS, further, strict=False):
+        # The orifice is filled with blood; each half of it belongs to the nearer chamber.
+        through = (valve < 0.0) & (labels == 0)
         atrial = blood[atrium][through] < blood[ventricle][through]
         labels[through] = np.where(atrial, CATALOGUE[atrium].label, CATALOGUE[ventricle].label)
         hu[through] = _hu(atrium, look)
+    return hu, labels
 
 
 def _hu(key: str, look: HeartLook) -> float:

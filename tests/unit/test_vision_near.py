@@ -158,3 +158,21 @@ def test_where_the_prediction_misleads_the_pair_is_read_whole() -> None:
 def _observation(detectors: dict[str, Detector], pair: tuple[Image, Image], last: Track | None) -> Observation:
     found = tuple(detectors[each.camera].detect(each, last) for each in pair)
     return Observation(pair[0].seq, pair[0].t_ns, found)
+
+
+def test_after_a_reset_nothing_of_before_is_left() -> None:
+    world, pairs = frames("smooth", 4)
+    detectors = {each: make_detector("model", world.rig_true, each) for each in ("top", "front")}
+    observations = [_observation(detectors, pair, None) for pair in pairs[::3]]
+    used, fresh = (make_tracker("model", world.rig_true) for _ in range(2))
+    before = used.update(observations[0])
+    used.reset()
+    track, other = used.update(observations[1]), fresh.update(observations[1])
+    assert before.tip_box is not None
+    assert track.tip_box is not None
+    # elsewhere, but so near that what calibration adds to sigma would still count as the same
+    assert 0.02 < np.linalg.norm(before.tip_box - track.tip_box) < 3.0
+    assert track.sigma_mm == other.sigma_mm
+    assert track.shape_box is not None
+    assert other.shape_box is not None
+    np.testing.assert_array_equal(track.shape_box, other.shape_box)

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from cathxr.app.heart_progress import shown_progress
+from cathxr.app.heart_threads import side_by_side
 from cathxr.core import ConfigError, RegistrationError
 from cathxr.heart import HeartFolder, HeartSource
 from cathxr.heart.build import build_heart
@@ -77,6 +78,7 @@ def built(choice: BuildChoice, told: Told, *, material: Material | None = None) 
         budget=choice.budget,
         places=places,
         registration=placement_of(places),
+        together=side_by_side,
         progress=_part(told, 0.55, 1.0),
     )
     return heart, (*findings, *places.findings)

@@ -1,5 +1,6 @@
 """Puts the live system together from a configuration: the rig, the source, the scene. Opens nothing yet."""
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +15,7 @@ from cathxr.app.plugins import make_camera, make_encoder
 from cathxr.app.twin_encoder import fault_command, twin_encoder
 from cathxr.core import Clock, ConfigError, DataError, Image, PixelArray, Rig, Source, Track
 from cathxr.heart import HeartFolder, builtin_path, read_heart
-from cathxr.registration import Registration, default_placement, read_registration
+from cathxr.registration import Registration, default_placement, read_registration, registration_toml
 from cathxr.runtime.live import LiveOptions
 from cathxr.runtime.optical import OpticalSource
 from cathxr.runtime.recording import session_opener
@@ -163,15 +164,24 @@ def _opener(config: Config, rig: Rig, clock: Clock, kind: str) -> Any:
     if kind == TWIN:
         chosen |= {"scene": config.twin.scene, "seed": config.twin.seed}
     return session_opener(
-        Path(config.recording.folder), rig=rig, config=chosen, clock=clock, videos=config.recording.videos
+        Path(config.recording.folder),
+        rig=rig,
+        config=chosen,
+        clock=clock,
+        videos=config.recording.videos,
+        registration=tomllib.loads(registration_toml(_registration(_heart(config)))),
     )
+
+
+def _heart(config: Config) -> HeartFolder:
+    return read_heart(Path(config.heart) if config.heart else builtin_path())
 
 
 def _scene(
     config: Config, rig: Rig, kind: str, twin: TwinDescription | None
 ) -> tuple[SceneDescription, dict[str, Path | Packed]]:
     """Return the scene's description and the files it names."""
-    heart = read_heart(Path(config.heart) if config.heart else builtin_path())
+    heart = _heart(config)
     registration = _registration(heart)
     description, files = heart_scene(heart, registration)
     targets = heart_targets(heart, registration, rig.roi)

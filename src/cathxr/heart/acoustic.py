@@ -7,17 +7,16 @@ from the boundary, s = sigma * Phi^-1(g), which is exact for a plane; a profile 
 edge is as sharp as the texture can hold, and lies where it was, but the stairs are gone.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 from scipy.special import ndtr, ndtri
 
 from cathxr.core import DataError, FloatArray
 from cathxr.heart.acoustic_codes import AcousticVolume, codes_of, encoded
 from cathxr.heart.anatomy import CATALOGUE
-from cathxr.heart.facing import Mask, box_around, coverage, cropped
+from cathxr.heart.facing import Mask, box_around, boxes_of, coverage, cropped
 from cathxr.heart.model import Opening
 from cathxr.heart.resample import Float32, sampler
 from cathxr.heart.shell import Pool, shell_codes, stub_distance, wall_of
@@ -65,17 +64,17 @@ def acoustic_volume(
     grid = texture_grid(labels, size)
     step = float(grid.spacing_mm[0])
     edge_mm = _EDGE_VOXELS * step
-    progress("acoustic volume: blood", 0.0)
+    progress("Acoustic volume: blood", 0.0)
     pools = _pools(labels, grid)
     if volume is None:
         pools += _stubs(openings or {}, labels, grid)
     blood = _united(pools, grid, edge_mm)
-    progress("acoustic volume: tissue", 0.5)
+    progress("Acoustic volume: tissue", 0.5)
     if volume is None:
         around = shell_codes(pools, _wall(labels, grid), grid, edge_mm=edge_mm)
     else:
         around = _ct_codes(labels, volume, grid)
-    progress("acoustic volume: interfaces", 0.9)
+    progress("Acoustic volume: interfaces", 0.9)
     inside = codes_of(properties(["blood"]))[0].astype(np.float32)
     fields = [around[at] + blood * (inside[at] - around[at]) for at in range(4)]
     return encoded(fields, grid)
@@ -87,7 +86,7 @@ def texture_grid(labels: LabelVolume, size: int) -> Grid:
     Raises:
         DataError: nothing is labelled.
     """
-    box = box_around(labels.labels != 0)
+    box = box_around(labels.labels)
     if box is None:
         raise DataError("The label volume is empty, so that there is nothing to make an acoustic volume of.")
     source = labels.grid
@@ -120,18 +119,20 @@ def _sigma(source: Grid, target: Grid) -> float:
 def _pools(labels: LabelVolume, grid: Grid) -> list[Pool]:
     """Return every labelled pool of blood as a distance field on the texture's grid."""
     pools = []
-    muscle = labels.mask("myocardium")
-    for key in sorted(set(labels.names.values())):
+    margin = int(np.ceil(4.0 * _sigma(labels.grid, grid) / labels.grid.spacing_mm.min())) + 1
+    boxes = boxes_of(labels, margin)
+    muscle = [value for value, key in labels.names.items() if key == "myocardium"]
+    for key in sorted(boxes):
         anatomy = CATALOGUE.get(key)
-        mask = labels.mask(key)
-        margin = int(np.ceil(4.0 * _sigma(labels.grid, grid) / labels.grid.spacing_mm.min())) + 1
-        box = box_around(mask, margin)
-        if box is not None and (anatomy is None or anatomy.blood):
+        if anatomy is None or anatomy.blood:
+            box = boxes[key]
+            near = labels.labels[box]
+            mask = np.isin(near, [value for value, name in labels.names.items() if name == key])
             wall = wall_of(key)
-            if coverage(mask[box], muscle[box]) >= _COVERED:
+            if "myocardium" in boxes and coverage(mask, np.isin(near, muscle)) >= _COVERED:
                 wall = replace(wall, thickness_mm=_RIM_MM)
             # The box's outermost voxels go on for ever: they are empty, or the volume's own boundary.
-            pools.append(Pool(wall, _distance(mask[box], cropped(labels.grid, box), grid)))
+            pools.append(Pool(wall, _distance(mask, cropped(labels.grid, box), grid)))
     return pools
 
 
@@ -177,22 +178,31 @@ def _ct_codes(labels: LabelVolume, volume: Volume, grid: Grid) -> list[Float32]:
     near = _near(labels.grid, grid)
     hu, keys, part = volume.hu[near], labels.labels[near], cropped(labels.grid, near)
     blood = np.isin(keys, [label for label, key in labels.names.items() if key != "myocardium"])
-    median = float(np.median(hu[blood][:: max(int(blood.sum()) // 1_000_000, 1)])) if blood.any() else None
+    inside = hu[blood]
+    median = float(np.median(inside[:: max(len(inside) // 1_000_000, 1)])) if len(inside) else None
     knots, values = hu_knots(median)
     steps = np.arange(-1100, 4200)
     table = codes_of(np.stack([np.interp(steps, knots, values[:, at]) for at in range(3)], axis=1)).astype(np.float32)
     muscle = codes_of(properties(["myocardium"]))[0].astype(np.float32)
-    index = (np.clip(hu, steps[0], steps[-1]) - steps[0]).astype(np.int16)
     sigma = max(0.6 * float(part.spacing_mm.max()), 0.6 * float(grid.spacing_mm.max()))
     take = sampler(part, grid, sigma_mm=sigma)
-    weight = take(~blood)
-    wall = np.isin(keys, [label for label, key in labels.names.items() if key == "myocardium"])
+    free = np.logical_not(blood, out=blood)
+    weight = take(free)
+    walls = [label for label, key in labels.names.items() if key == "myocardium"]
+
+    def coded(codes: Float32, of_muscle: np.float32) -> Iterator[Float32]:
+        """Yield each slice's codes, 0 in the blood."""
+        by_hu = codes[np.clip(np.arange(-32768, 32768), steps[0], steps[-1]) - steps[0]]
+        for numbers, structures, outside in zip(hu, keys, free, strict=True):
+            plane = np.take(by_hu, numbers.astype(np.int32) + 32768)
+            if walls:
+                plane[np.isin(structures, walls)] = of_muscle
+            plane *= outside
+            yield plane
+
     fields = []
     for at in range(4):
-        values_at: npt.NDArray[np.float32] = table[:, at][index]
-        values_at[wall] = muscle[at]
-        values_at[blood] = 0.0
-        summed = take(values_at)
+        summed = take.of_slices(coded(table[:, at], muscle[at]))
         fields.append(np.where(weight > 1e-3, summed / np.maximum(weight, 1e-3), muscle[at]).astype(np.float32))
     return fields
 

@@ -14,6 +14,7 @@ from cathxr.heart.anatomy import CATALOGUE
 from cathxr.heart.build_folder import replacing
 from cathxr.heart.folder import heart_toml, read_heart
 from cathxr.heart.glb import Part, Patch, encode_glb
+from cathxr.heart.jobs import Together, one_after_another
 from cathxr.heart.made import Made
 from cathxr.heart.model import AcousticFile, HeartFolder, HeartSource, Structure
 from cathxr.heart.openings import Places, find_places
@@ -40,6 +41,7 @@ def build_heart(
     places: Places | None = None,
     acoustic: AcousticVolume | None = None,
     registration: str | None = None,
+    together: Together = one_after_another,
     progress: Progress = silent,
 ) -> HeartFolder:
     """Return the heart folder that was made of `labels` and now is at `out`; a heart that was there is replaced.
@@ -47,6 +49,7 @@ def build_heart(
     volume: the CT that the labels lie on, on the same grid: shown on the quality page. findings: sentences for the
     page. budget: how many triangles all surfaces have together, about. places, acoustic: found, and made, from the
     labels and the volume unless they are given. registration: the text of a registration.toml to put into the folder.
+    together: how what does not depend on each other is done; progress may then be called by several threads.
     The same input gives the same bytes. An interruption or a failure leaves what was at `out` as it was. A measured
     registration of a heart that was there is kept when its labels lie on the same grid: it then is in the same `ct`.
 
@@ -61,21 +64,23 @@ def build_heart(
             progress("Looking for valves and vessels' mouths", 0.0)
             places = find_places(labels, volume=volume)
         openings = tuple(places.openings.values())
-        parts = surfaces_of(labels, openings=openings, budget=budget, progress=_span(progress, 0.1, 0.6))
+        told = _span(progress, 0.1, 0.6)
+        parts = surfaces_of(labels, openings=openings, budget=budget, together=together, progress=told)
         made = Made(name, volume, labels, parts, places, (*findings, *_left_out(labels, parts)), source, budget)
         progress("Writing the labels and the surfaces", 0.6)
         (folder / GLB).write_bytes(_glb(made))
-        _write_labels(folder / LABELS, labels)
-        if acoustic is None:
-            acoustic = acoustic_volume(
-                labels, volume=volume, openings=places.openings, progress=_span(progress, 0.65, 0.75)
-            )
-        heart = _heart(folder, made, write_acoustic(folder / ACOUSTIC, acoustic))
+        written, _ = together(
+            [
+                lambda: _write_voxels(folder, made, acoustic, _span(progress, 0.6, 0.7)),
+                lambda: write_quality(folder, made, together=together, progress=_span(progress, 0.7, 1.0)),
+            ]
+        )
+        assert written is not None
+        heart = _heart(folder, made, written)
         text = "# Written by cathxr heart build.\n" + heart_toml(heart)
         (folder / TOML).write_text(text, encoding="utf-8", newline="\n")
         if registration is not None:
             (folder / REGISTRATION).write_text(registration, encoding="utf-8", newline="\n")
-        write_quality(folder, made, progress=_span(progress, 0.75, 1.0))
     progress("The heart is ready", 1.0)
     return read_heart(out)
 
@@ -99,7 +104,7 @@ def _left_out(labels: LabelVolume, parts: Sequence[PartSurface]) -> list[str]:
     drawn = {part.key for part in parts}
     sentences = []
     for key in dict.fromkeys(labels.names.values()):
-        voxels = int(np.count_nonzero(labels.mask(key)))
+        voxels = labels.voxels(key)
         if key not in drawn and voxels:
             sentences.append(
                 f"{CATALOGUE[key].name}: only {voxels} voxels are labelled, and {FEWEST_VOXELS} are needed for a "
@@ -153,6 +158,14 @@ def _part(part: PartSurface) -> Part:
         opacity=anatomy.opacity,
         caps=None if caps is None else Patch(caps.vertices_mm, vertex_normals(caps), caps.triangles),
     )
+
+
+def _write_voxels(folder: Path, made: Made, acoustic: AcousticVolume | None, progress: Progress) -> AcousticFile | None:
+    """Write the labels and the acoustic volume, made where it is not given; return what heart.toml says about it."""
+    _write_labels(folder / LABELS, made.labels)
+    if acoustic is None:
+        acoustic = acoustic_volume(made.labels, volume=made.volume, openings=made.places.openings, progress=progress)
+    return write_acoustic(folder / ACOUSTIC, acoustic)
 
 
 def _write_labels(path: Path, labels: LabelVolume) -> None:

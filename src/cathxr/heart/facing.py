@@ -12,12 +12,14 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from cathxr.core import FloatArray
-from cathxr.heart.volume import Grid
+from cathxr.heart.away import away_from
+from cathxr.heart.volume import Grid, LabelVolume
 
 Mask = npt.NDArray[np.bool_]
 Box = tuple[slice, slice, slice]
 
 _EVERY_NEIGHBOUR = np.ones((3, 3, 3), dtype=bool)
+_ROUNDED_MM = 1e-3
 _TRIMS = 2
 _TRIM_RADII = 1.6
 """Faces farther from the centre than this many radii of the circle of equal area are a tail, not the opening."""
@@ -42,16 +44,36 @@ class Patch:
         return float(np.sqrt(4.0 * self.area_mm2 / np.pi))
 
 
-def box_around(mask: Mask, margin: int = 0) -> Box | None:
-    """Return the slices (k, j, i) of the smallest box that holds the mask, with `margin` voxels more; None if empty."""
+def box_around(mask: Mask | npt.NDArray[np.uint8], margin: int = 0) -> Box | None:
+    """Return the slices (k, j, i) of the smallest box that holds the mask, with `margin` voxels more; None if empty.
+
+    mask: or labels, of which every one but 0 counts.
+    """
+    bytes_ = mask.view(np.uint8)  # their largest is found many times faster than whether any is true
+    across, along = bytes_.max(axis=2, initial=0), bytes_.max(axis=1, initial=0)
     spans = []
-    for axis in range(3):
-        others = tuple(each for each in range(3) if each != axis)
-        at = np.flatnonzero(mask.any(axis=others))
+    for axis, shadow in enumerate((across.max(axis=1), across.max(axis=0), along.max(axis=0))):
+        at = np.flatnonzero(shadow)
         if not len(at):
             return None
         spans.append(slice(max(int(at[0]) - margin, 0), min(int(at[-1]) + margin + 1, mask.shape[axis])))
     return spans[0], spans[1], spans[2]
+
+
+def boxes_of(labels: LabelVolume, margin: int = 0) -> dict[str, Box]:
+    """Return the box around each structure that is there, by key, see `box_around`."""
+    found: dict[str, list[Box]] = {}
+    for value, box in enumerate(ndimage.find_objects(labels.labels, 255), start=1):
+        if box is not None:
+            found.setdefault(labels.names[value], []).append(box)
+    boxes: dict[str, Box] = {}
+    for key, several in found.items():
+        spans = [
+            slice(max(min(each.start for each in along) - margin, 0), min(max(each.stop for each in along) + margin, n))
+            for along, n in zip(zip(*several, strict=True), labels.grid.shape, strict=True)
+        ]
+        boxes[key] = (spans[0], spans[1], spans[2])
+    return boxes
 
 
 def common_box(first: Mask, second: Mask, grid: Grid, reach_mm: float) -> Box | None:
@@ -112,13 +134,13 @@ def bridged(inner: Mask, outer: Mask, free: Mask, grid: Grid, *, reach_mm: float
     5th percentile, so that a single spot does not decide), and at most `reach_mm`.
     """
     spacing = grid.spacing_mm[::-1]
-    to_inner = ndimage.distance_transform_edt(~inner, sampling=spacing)
-    to_outer = ndimage.distance_transform_edt(~outer, sampling=spacing)
+    to_inner, to_outer = away_from(inner, spacing), away_from(outer, spacing)
     gap = to_inner + to_outer - float(spacing.mean())  # between the voxels' faces, not their centres
-    band = free & (gap <= reach_mm)
+    # Many gaps are the same sum of steps: what is rounded must not decide about all of them at once.
+    band = free & (gap <= reach_mm + _ROUNDED_MM)
     if not band.any():
         return inner, outer
-    band &= gap <= float(np.percentile(gap[band], 5.0)) + slack_mm
+    band &= gap <= float(np.percentile(gap[band], 5.0)) + slack_mm + _ROUNDED_MM
     nearer = to_inner <= to_outer
     return inner | (band & nearer), outer | (band & ~nearer)
 

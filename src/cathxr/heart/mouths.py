@@ -6,6 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from cathxr.core import FloatArray
+from cathxr.heart.away import Float32, away_from
 from cathxr.heart.facing import Box, Mask, Patch, box_around, coverage, cropped, facing_patches, where
 from cathxr.heart.volume import Grid
 
@@ -49,15 +50,15 @@ def tubes(chamber: Mask, grid: Grid) -> list[Mouth]:
     # Closed, because contrast that is not yet mixed leaves holes in a label, which would pass for the chamber's end.
     chamber, grid = np.pad(ndimage.binary_closing(chamber[box]), 1), _padded(cropped(grid, box))
     spacing = grid.spacing_mm[::-1]
-    depth = ndimage.distance_transform_edt(chamber, sampling=spacing)
+    depth = away_from(~chamber, spacing)
     radius = float(np.clip(_CORE_SHARE * depth.max(), *_CORE_MM))
     seeds = depth >= radius
     if not seeds.any():
         return []
     # A ball's worth more than the radius, so that the steps of the grid leave no rind.
-    body = chamber & (ndimage.distance_transform_edt(~seeds, sampling=spacing) <= radius + spacing.max())
+    body = chamber & (away_from(seeds, spacing) <= radius + spacing.max())
     parts, count = ndimage.label(chamber & ~body, structure=_EVERY_NEIGHBOUR)
-    away = ndimage.distance_transform_edt(~body, sampling=spacing)
+    away = away_from(body, spacing)
     found = []
     for number, span in enumerate(ndimage.find_objects(parts, count), start=1):
         mouth = _tube(parts == number, body, away, grid, span)
@@ -81,7 +82,7 @@ def bare_patches(chamber: Mask, covered: Mask, grid: Grid, *, least_mm2: float, 
     return [each for each in bare if each.area_mm2 >= least_mm2]
 
 
-def _tube(part: Mask, body: Mask, away: FloatArray, grid: Grid, span: Box) -> Mouth | None:
+def _tube(part: Mask, body: Mask, away: Float32, grid: Grid, span: Box) -> Mouth | None:
     """Return the mouth of one part that sticks out of the body; None where it is no tube. span: the part's box."""
     wide: Box = tuple(  # type: ignore[assignment]  # a tuple of three, which tuple() does not know
         slice(max(each.start - 1, 0), each.stop + 1) for each in span
@@ -98,7 +99,7 @@ def _tube(part: Mask, body: Mask, away: FloatArray, grid: Grid, span: Box) -> Mo
     return None if end is None else Mouth(end, junctions[0], length)
 
 
-def _far_end(points: FloatArray, away: FloatArray, junction: Patch, grid: Grid) -> Patch | None:
+def _far_end(points: FloatArray, away: Float32, junction: Patch, grid: Grid) -> Patch | None:
     """Return the tube's far end: where its cross-section, from the tip, first is half of what it is near there.
 
     Labels often end in a ragged tail, thinner than the vessel; that is passed over. None where the tube is too short.

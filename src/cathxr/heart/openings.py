@@ -36,7 +36,7 @@ _LEAST_FLATNESS = 0.45
 _CUT_MM2 = 20.0
 _JUNCTION_RATIO = 1.6
 _ROUND_MM = 2
-_FINEST_MM = 0.85
+_FINEST_MM = 1.0
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def find_places(labels: LabelVolume, *, volume: Volume | None = None) -> Places:
     mouths |= pulmonary_mouths(labels, masks, known=set(found), volume=volume)
     for key, (structure, mouth) in mouths.items():
         found[key] = _opening(key, key.replace("_", " ").capitalize(), structure, mouth.end)
-    findings += _missing(masks, found)
+    findings += _missing(masks, found) + _guessed(mouths)
     ends, cut_findings = _cuts(labels, masks, found)
     found |= ends
     landmarks = apices(labels, masks, found) | septum_points(labels, masks) | _junctions(mouths)
@@ -109,12 +109,12 @@ def find_places(labels: LabelVolume, *, volume: Volume | None = None) -> Places:
 
 
 def _worked_on(labels: LabelVolume) -> LabelVolume:
-    """Return the labels' part of the volume, thinned out to voxels of about 0.8 mm: a mouth needs no finer ones.
+    """Return the labels' part of the volume, thinned out to voxels of 1 mm at most: a mouth needs no finer ones.
 
     Some empty voxels are kept around it, but where a label reaches the volume's boundary, so does the part.
     """
     steps = [max(int(_FINEST_MM / each), 1) for each in labels.grid.spacing_mm[::-1]]
-    box = box_around(labels.labels != 0, max(steps))
+    box = box_around(labels.labels, max(steps))
     if box is None:
         return labels
     near = cropped(labels.grid, box)
@@ -178,6 +178,16 @@ def _missing(masks: dict[str, Mask], found: Iterable[str]) -> list[str]:
     if "left_atrium" in masks and veins < 4:
         lines.append(f"Pulmonary veins: {veins} of the usual 4 mouths were found at the left atrium.")
     return lines
+
+
+def _guessed(mouths: dict[str, tuple[str, Mouth]]) -> list[str]:
+    """Return a sentence for each vena cava's mouth that only the right atrium's shape tells."""
+    return [
+        f"{CATALOGUE[key].name}: it has no label of its own; its mouth was taken where the right atrium {way} in a "
+        "tube. Check it, or give a seed or a label for the vein: a placement without landmarks rests on it."
+        for key, way in (("superior_vena_cava", "ends upwards"), ("inferior_vena_cava", "ends downwards"))
+        if key in mouths and mouths[key][1].length_mm > 0.0
+    ]
 
 
 def _cuts(

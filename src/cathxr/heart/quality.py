@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from cathxr.heart.jobs import Together, one_after_another
 from cathxr.heart.made import Made
 from cathxr.heart.quality_checks import checks_of
 from cathxr.heart.quality_page import page
@@ -12,12 +13,14 @@ from cathxr.heart.volume import Progress, silent
 PAGE = "quality.html"
 
 
-def write_quality(folder: Path, made: Made, *, progress: Progress = silent) -> None:
+def write_quality(
+    folder: Path, made: Made, *, together: Together = one_after_another, progress: Progress = silent
+) -> None:
     """Write quality.html and quality_*.png into the folder; the same heart gives the same bytes."""
     progress("Checking how the surfaces fit", 0.0)
     checks = checks_of(made)
     progress("Drawing the surfaces", 0.2)
-    pictures = {"surfaces": view_picture(made)}
+    pictures = {"surfaces": view_picture(made, together=together)}
     progress("Drawing the slices", 0.7)
     pictures |= slice_pictures(made)
     for name, content in pictures.items():

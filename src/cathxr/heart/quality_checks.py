@@ -6,17 +6,25 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from cathxr.core import FloatArray
 from cathxr.heart.anatomy import CATALOGUE
+from cathxr.heart.facing import box_around, cropped
 from cathxr.heart.made import Made
 from cathxr.heart.surfaces import PartSurface
 from cathxr.heart.surfaces.distance import distances_mm, sampled
+from cathxr.heart.surfaces.fields import touching
+from cathxr.heart.volume import LabelVolume
 
 VOLUME_SHARE = 0.01
 DISTANCE_MM = 0.5
 GAP_MM = 0.5
-_GAP_VOXELS = 0.5
-_NEAR_MM, _REACH_MM = 3.0, 8.0
+_GAP_VOXELS = 1.0
+"""Of each of two neighbours, the voxels tell the border to half a voxel."""
 _POINTS = 2000
+_FAR_MM = 3.0
+"""What is farther from every neighbour counts as this far: searching farther takes long and changes no verdict."""
+_CRUMB_MM = 3.0
+"""A voxel that is farther than this from its structure's surface belonged to a crumb."""
 _LEAST_MM2 = 20.0
 """Two that touch over less than this have no common opening."""
 IN_ONE_PIECE = ("left_ventricle", "right_ventricle", "left_atrium", "right_atrium", "aorta", "myocardium")
@@ -49,7 +57,7 @@ def checks_of(made: Made) -> list[Check]:
         Check(
             "Triangles of all surfaces",
             f"at most {1.05 * made.budget:,.0f} (a budget of {made.budget:,})",
-            f"{total:,} (before decimation {sum(part.checks.full_triangles for part in parts):,})",
+            _lightened(total, sum(part.checks.full_triangles for part in parts)),
             total <= 1.05 * made.budget,
         ),
         _none("Watertight (walls and caps together)", "every edge has two triangles", parts, _open),
@@ -57,7 +65,7 @@ def checks_of(made: Made) -> list[Check]:
         _worst_volume(parts),
         _worst_distance(parts),
     ]
-    gaps = gaps_of(parts)
+    gaps = gaps_of(parts, made.labels)
     limit = max(GAP_MM, _GAP_VOXELS * float(made.labels.grid.spacing_mm.prod() ** (1 / 3)))
     if gaps:
         worst = max(gaps, key=lambda gap: gap.p95_mm)
@@ -76,30 +84,57 @@ def checks_of(made: Made) -> list[Check]:
     return found
 
 
-def gaps_of(parts: Sequence[PartSurface]) -> list[Gap]:
-    """Return how well neighbours fit, for each part and each neighbour that its caps touch."""
+def gaps_of(parts: Sequence[PartSurface], labels: LabelVolume) -> list[Gap]:
+    """Return how well neighbours fit, for each part and each neighbour whose voxels touch its own."""
+    near_mm = float(labels.grid.spacing_mm.max())
+    far_mm = max(_FAR_MM, 2.0 * near_mm)
+    faces = _faces(labels, parts)
     gaps = []
     for part in parts:
-        if not part.caps.any():
+        touched = [each for each in parts if len(faces.get(frozenset((part.key, each.key)), ())) and each is not part]
+        touched = [each for each in touched if CATALOGUE[each.key].blood]
+        if not part.caps.any() or not touched:
             continue
         caps = part.surface.keep(part.caps)
         points = sampled(caps, _POINTS)
         mm2_per_point = float(np.linalg.norm(caps.area_vectors, axis=1).sum()) / _POINTS
-        others = [each for each in parts if each is not part and CATALOGUE[each.key].blood]
-        if not others:
-            continue
-        # The nearest vertex says which neighbour it is, and the way to its surface how far.
-        away = np.stack([cKDTree(each.surface.vertices_mm).query(points)[0] for each in others])
+        # Where a part has been cut for other reasons, by the volume's end or at a mouth, no neighbour is due.
+        face = cKDTree(np.concatenate([faces[frozenset((part.key, each.key))] for each in touched]))
+        due = points[np.isfinite(face.query(points, distance_upper_bound=near_mm)[0])]
+        away = np.stack([distances_mm(due, each.surface, within_mm=far_mm) for each in touched])
+        away = np.minimum(away, far_mm)
+        # A point fits to one of its neighbours: the nearest.
         nearest = away.argmin(axis=0)
-        for number, other in enumerate(others):
-            to_this = points[(nearest == number) & (away[number] < _REACH_MM)]
-            if not len(to_this):
-                continue
-            to_this = distances_mm(to_this, other.surface)
-            to_this = to_this[to_this < _NEAR_MM]
+        for number, other in enumerate(touched):
+            to_this = away[number][nearest == number]
             if len(to_this) * mm2_per_point >= _LEAST_MM2:
                 gaps.append(Gap(part.key, other.key, float(np.percentile(to_this, 95))))
     return gaps
+
+
+def _faces(labels: LabelVolume, parts: Sequence[PartSurface]) -> dict[frozenset[str], FloatArray]:
+    """Return the voxels, as points (N, 3) in `ct`, where two structures touch, by the keys of the two."""
+    box = box_around(labels.labels)
+    if box is None:
+        return {}
+    grid = cropped(labels.grid, box)
+    points: dict[frozenset[str], list[FloatArray]] = {}
+    for (one, other), cells in touching(labels.labels[box]).items():
+        keys = frozenset((labels.names[one], labels.names[other]))
+        points.setdefault(keys, []).append(grid.to_ct(cells[:, ::-1]))
+    faces = {keys: np.concatenate(each) for keys, each in points.items()}
+    # Where only a crumb touched that has no surface, there is nothing to fit.
+    for part in parts:
+        if part.checks.dropped_ml > 0.0:
+            for keys in [each for each in faces if part.key in each]:
+                kept = distances_mm(faces[keys], part.surface, within_mm=_CRUMB_MM)
+                faces[keys] = faces[keys][np.isfinite(kept)]
+    return faces
+
+
+def _lightened(total: int, full: int) -> str:
+    """Return how many triangles there are, and how many there were; cutting walls from caps adds some."""
+    return f"{total:,} (before decimation {full:,})" if full > total else f"{total:,} (no decimation was needed)"
 
 
 def _none(what: str, required: str, parts: Sequence[PartSurface], count: Callable[[PartSurface], int]) -> Check:
@@ -142,10 +177,16 @@ def _worst_distance(parts: Sequence[PartSurface]) -> Check:
 def _pieces(part: PartSurface) -> Check:
     """Return how many pieces a part has."""
     figures = part.checks.topology
-    told = f"{figures.pieces} pieces" + (f", {figures.cavities} closed cavities" if figures.cavities else "")
+    told = _counted(figures.pieces, "piece", "pieces")
+    if figures.cavities:
+        told += f", {_counted(figures.cavities, 'closed cavity', 'closed cavities')} in it"
     one = part.key in IN_ONE_PIECE
     required = "one piece" if one else "stated"
     return Check(f"Pieces: {_name(part.key)}", required, told, figures.pieces == 1 if one else None)
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"
 
 
 def _name(key: str) -> str:

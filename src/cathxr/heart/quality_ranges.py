@@ -30,7 +30,7 @@ USUAL: Mapping[str, UsualVolume] = MappingProxyType(
         "left_ventricle": UsualVolume("102–218 mL", "83–187 mL", "end diastole", 1),
         "right_ventricle": UsualVolume("124–256 mL", "78–218 mL", "end diastole", 1),
         "left_atrium": UsualVolume("43–163 mL", "47–131 mL", "at its largest, end systole", 1),
-        "right_atrium": UsualVolume("up to 85 mL/m²", "up to 73 mL/m²", "at its scan's phase", 2),
+        "right_atrium": UsualVolume("up to 85 mL/m²", "up to 73 mL/m²", "in the phase that was scanned", 2),
     }
 )
 """By structure."""

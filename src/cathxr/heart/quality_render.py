@@ -138,7 +138,7 @@ def _scene(
 
 def _shaded(colour: Single, normal: Single) -> Single:
     """Return the light (H, W, 3) that comes back: a key light from the upper left, a fill, the sky, a little gloss."""
-    towards = normal * np.where(normal[..., 2:] < 0.0, -1.0, 1.0)
+    towards = normal * np.where(normal[..., 2:] < 0.0, np.float32(-1.0), np.float32(1.0))
     key, fill = _unit([-0.45, 0.6, 0.75]), _unit([0.7, -0.1, 0.5])
     diffuse = 0.85 * np.maximum(towards @ key, 0.0) + 0.22 * np.maximum(towards @ fill, 0.0)
     sky = 0.16 + 0.1 * (0.5 + 0.5 * towards[..., 1])
@@ -171,8 +171,8 @@ def _linear(colour: str) -> FloatArray:
     return np.asarray(np.where(coded <= 0.04045, coded / 12.92, ((coded + 0.055) / 1.055) ** 2.4))
 
 
-def _unit(vector: Sequence[float]) -> FloatArray:
-    return np.asarray(np.array(vector) / np.linalg.norm(vector))
+def _unit(vector: Sequence[float]) -> Single:
+    return np.asarray(np.array(vector) / np.linalg.norm(vector), np.float32)
 
 
 @njit(cache=True, nogil=True)

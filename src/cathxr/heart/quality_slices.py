@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
@@ -14,6 +15,7 @@ from cathxr.core import FloatArray
 from cathxr.heart.anatomy import CATALOGUE
 from cathxr.heart.made import Made
 from cathxr.heart.quality_render import png
+from cathxr.heart.surface import edge_keys
 from cathxr.heart.surfaces import PartSurface
 from cathxr.heart.volume import Grid
 
@@ -24,11 +26,12 @@ _LOWEST_HU = -180.0
 _LEGEND = 8
 """More names than this make two rows."""
 _DARK = "#101318"
+_DPI = 110
 _PLANES = (
     # normal's axis of LPS, name, what is to the right and what is up in LPS, letters at left, right, top, bottom
     (2, "axial", np.array([1.0, 0, 0]), np.array([0, -1.0, 0]), "R L A P"),
-    (1, "coronal", np.array([1.0, 0, 0]), np.array([0, 0, 1.0]), "R L S I"),
-    (0, "sagittal", np.array([0, 1.0, 0]), np.array([0, 0, 1.0]), "A P S I"),
+    (1, "coronal", np.array([1.0, 0, 0]), np.array([0, 0, 1.0]), "R L H F"),
+    (0, "sagittal", np.array([0, 1.0, 0]), np.array([0, 0, 1.0]), "A P H F"),
 )
 
 
@@ -122,13 +125,13 @@ def _drawn(plane: _Plane, scene: _Scene) -> bytes:
     wide = float((high - low)[plane.across] * spacing[plane.across])
     tall = float((high - low)[plane.up] * spacing[plane.up])
     panel = 3.6
-    figure = Figure(figsize=(panel * len(at), min(panel * tall / wide, 6.5) + 0.55), dpi=110, facecolor=_DARK)
+    figure = Figure(figsize=(panel * len(at), min(panel * tall / wide, 6.5) + 0.55), dpi=_DPI, facecolor=_DARK)
     axes = figure.subplots(1, len(at), squeeze=False)[0]
     for each, index in zip(axes, at, strict=True):
         index = int(np.clip(index, low[plane.normal], high[plane.normal]))
-        _panel(each, plane, scene, index)
-        offset = index * spacing[plane.normal]
-        each.set_title(f"{plane.name}, {offset:.0f} mm into the grid", color="#c8ced8", fontsize=8, pad=4)
+        _panel(each, plane, scene, index, round(panel * _DPI))
+        count = grid.shape[2 - plane.normal]
+        each.set_title(f"{plane.name}, slice {index + 1} of {count}", color="#c8ced8", fontsize=8, pad=4)
     lines = [Line2D([], [], color=_bright(part.key), linewidth=2, label=CATALOGUE[part.key].name) for part in parts]
     lines.append(Line2D([], [], color="white", linewidth=1.2, linestyle=":", label="cap (valve, cut)"))
     columns = len(lines) if len(lines) <= _LEGEND else (len(lines) + 1) // 2
@@ -138,13 +141,8 @@ def _drawn(plane: _Plane, scene: _Scene) -> bytes:
     return png(figure)
 
 
-def _panel(
-    axes: Axes,
-    plane: _Plane,
-    scene: _Scene,
-    index: int,
-) -> None:
-    """Draw one slice into matplotlib axes."""
+def _panel(axes: Axes, plane: _Plane, scene: _Scene, index: int, wide_px: int) -> None:
+    """Draw one slice into matplotlib axes, about `wide_px` wide."""
     low, high, spacing = scene.low, scene.high, scene.grid.spacing_mm
     view: list[int | slice] = [slice(None)] * 3
     view[2 - plane.normal] = index - int(low[plane.normal])
@@ -156,15 +154,14 @@ def _panel(
     (x0, x1), (y0, y1) = (
         (a * spacing[axis], b * spacing[axis]) for (a, b), axis in zip(edges, (plane.across, plane.up), strict=True)
     )
-    axes.imshow(
-        picture, extent=(x0, x1, y0, y1), origin="lower", cmap="gray", vmin=0, vmax=255, interpolation="bilinear"
-    )
+    shown = _sized(picture, wide_px, round(wide_px * (y1 - y0) / (x1 - x0)))
+    axes.imshow(shown, extent=(x0, x1, y0, y1), origin="lower", interpolation="nearest")
     for part, ijk in zip(scene.parts, scene.voxels, strict=True):
         for caps in (False, True):
             lines = _cut(ijk, part.surface.triangles[part.caps == caps], plane.normal, float(index))
-            lines = lines[..., [plane.across, plane.up]] * spacing[[plane.across, plane.up]]
+            seen = [line[:, [plane.across, plane.up]] * spacing[[plane.across, plane.up]] for line in lines]
             style = {"colors": "white", "linewidths": 1.0, "linestyles": ":"} if caps else {"colors": _bright(part.key)}
-            axes.add_collection(LineCollection(list(lines), **({"linewidths": 1.3} | style)))
+            axes.add_collection(LineCollection(seen, **({"linewidths": 1.3} | style)))
     axes.set_xlim((x1, x0) if plane.flips[0] else (x0, x1))
     axes.set_ylim((y1, y0) if plane.flips[1] else (y0, y1))
     axes.set_aspect("equal")
@@ -175,8 +172,16 @@ def _panel(
         axes.text(x, y, letter, transform=axes.transAxes, color="#ffd866", fontsize=8, ha=across, va=up)
 
 
-def _cut(ijk: FloatArray, triangles: npt.NDArray[np.int64], axis: int, value: float) -> FloatArray:
-    """Return the segments (S, 2, 3) in which a plane of the grid cuts the triangles."""
+def _sized(picture: npt.NDArray[np.uint8], wide: int, tall: int) -> npt.NDArray[np.uint8]:
+    """Return the picture (rows, columns[, 3]) as RGB in the size in which it is drawn."""
+    colours = np.ascontiguousarray(picture if picture.ndim == 3 else np.repeat(picture[..., None], 3, axis=2))
+    smaller = wide < colours.shape[1]
+    kind = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(colours, (wide, max(tall, 1)), interpolation=kind), np.uint8)
+
+
+def _cut(ijk: FloatArray, triangles: npt.NDArray[np.int64], axis: int, value: float) -> list[FloatArray]:
+    """Return the lines, (N, 3) each, in which a plane of the grid cuts the triangles."""
     height = ijk[:, axis] - value
     height = np.where(np.abs(height) < 1e-6, 1e-6, height)
     above = height[triangles] > 0.0
@@ -185,12 +190,32 @@ def _cut(ijk: FloatArray, triangles: npt.NDArray[np.int64], axis: int, value: fl
     lone = np.where(sides.sum(axis=1) == 1, sides.argmax(axis=1), (~sides).argmax(axis=1))
     rows = np.arange(len(crossed))
     a = crossed[rows, lone]
-    ends = []
-    for step in (1, 2):
-        b = crossed[rows, (lone + step) % 3]
-        share = (height[a] / (height[a] - height[b]))[:, None]
-        ends.append(ijk[a] + share * (ijk[b] - ijk[a]))
-    return np.stack(ends, axis=1) if len(crossed) else np.zeros((0, 2, 3))
+    edges = np.stack([np.stack([a, crossed[rows, (lone + step) % 3]], axis=1) for step in (1, 2)], axis=1)
+    edges = np.sort(edges.reshape(-1, 2), axis=1)
+    _, first, name = np.unique(edge_keys(edges), return_index=True, return_inverse=True)
+    low, high = edges[first].T
+    share = (height[low] / (height[low] - height[high]))[:, None]
+    points = ijk[low] + share * (ijk[high] - ijk[low])
+    return [points[line] for line in _chained(name.reshape(-1, 2).tolist())]
+
+
+def _chained(segments: list[list[int]]) -> list[list[int]]:
+    """Return segments, from point to point, as lines that are as long as possible; closed ones end where they begin."""
+    beside: dict[int, list[int]] = {}
+    for one, other in segments:
+        beside.setdefault(one, []).append(other)
+        beside.setdefault(other, []).append(one)
+    lines = []
+    # Open lines from their ends first, and then the closed ones from anywhere.
+    for start in [*(point for point, others in beside.items() if len(others) == 1), *beside]:
+        line = [start]
+        while beside[line[-1]]:
+            here = line[-1]
+            line.append(beside[here].pop())
+            beside[line[-1]].remove(here)
+        if len(line) > 1:
+            lines.append(line)
+    return lines
 
 
 def _bright(key: str) -> tuple[float, float, float]:

@@ -19,7 +19,8 @@ _RADIUS = "radius_mm"
 class Seed:
     """A point (x, y, z) mm in `ct` within a structure (a key of the catalogue of blood, or "none").
 
-    radius_mm: how far round it all blood is that structure; None for a little more than a voxel.
+    A seed of a chamber moves its border; one of a vessel, or of "none", takes the whole piece of blood that it is in.
+    radius_mm: how far round it all blood is that structure in any case; None for 2 mm.
     """
 
     structure: str

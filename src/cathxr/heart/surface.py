@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, csr_matrix, diags
 from scipy.sparse.csgraph import connected_components
@@ -74,10 +75,16 @@ def enclosed_volume_ml(surface: Surface) -> float:
     return float(six_volumes.sum()) / 6000.0
 
 
+def edge_keys(edges: IndexArray) -> IndexArray:
+    """Return a number (E,) for each edge (E, 2), the same for both directions; they sort as (low, high) do."""
+    low, high = np.minimum(edges[:, 0], edges[:, 1]), np.maximum(edges[:, 0], edges[:, 1])
+    return np.asarray(low * (int(high.max(initial=0)) + 1) + high, dtype=np.int64)
+
+
 def rim_edges(surface: Surface) -> IndexArray:
     """Return the edges (E, 2) that only one triangle uses, in that triangle's direction."""
     directed = _directed_edges(surface.triangles)
-    _, inverse, counts = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    _, inverse, counts = np.unique(edge_keys(directed), return_inverse=True, return_counts=True)
     return np.asarray(directed[counts[inverse.reshape(-1)] == 1], dtype=np.int64)
 
 
@@ -126,16 +133,36 @@ def vertex_normals(surface: Surface) -> FloatArray:
 
     Thürmer and Wüthrich, "Computing vertex normals from polygonal facets", J. Graphics Tools 1998.
     """
-    corners = surface.vertices_mm[surface.triangles]
-    face = surface.area_vectors
-    face = face / np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-12)
-    normals = np.zeros_like(surface.vertices_mm)
-    for at in range(3):
-        to_next = _unit(corners[:, (at + 1) % 3] - corners[:, at])
-        to_last = _unit(corners[:, (at + 2) % 3] - corners[:, at])
-        angle = np.arccos(np.clip((to_next * to_last).sum(axis=1), -1.0, 1.0))
-        np.add.at(normals, surface.triangles[:, at], face * angle[:, None])
-    return _unit(normals)
+    return _unit(_summed_normals(np.asarray(surface.vertices_mm, np.float64), surface.triangles))
+
+
+@njit(cache=True, nogil=True)
+def _summed_normals(vertices: FloatArray, triangles: IndexArray) -> FloatArray:  # pragma: no cover - compiled
+    """Return at each vertex (N, 3) the sum of its triangles' unit normals times their angles there."""
+    normals = np.zeros_like(vertices)
+    for index in range(len(triangles)):
+        for at in range(3):
+            here, after, before = (
+                triangles[index, at], triangles[index, (at + 1) % 3], triangles[index, (at + 2) % 3],
+            )  # fmt: skip
+            ux, uy, uz = (
+                vertices[after, 0] - vertices[here, 0],
+                vertices[after, 1] - vertices[here, 1],
+                vertices[after, 2] - vertices[here, 2],
+            )
+            vx, vy, vz = (
+                vertices[before, 0] - vertices[here, 0],
+                vertices[before, 1] - vertices[here, 1],
+                vertices[before, 2] - vertices[here, 2],
+            )
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            area = np.sqrt(nx * nx + ny * ny + nz * nz)
+            if area > 1e-12:
+                share = np.arctan2(area, ux * vx + uy * vy + uz * vz) / area
+                normals[here, 0] += nx * share
+                normals[here, 1] += ny * share
+                normals[here, 2] += nz * share
+    return normals
 
 
 def _directed_edges(triangles: IndexArray) -> IndexArray:

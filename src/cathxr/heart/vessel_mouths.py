@@ -7,6 +7,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from cathxr.core import FloatArray
+from cathxr.heart.away import away_from
 from cathxr.heart.facing import Mask, Patch, boundary_patches, box_around, bridged, common_box, cropped, facing_patches
 from cathxr.heart.mouths import Mouth, bare_patches, tubes
 from cathxr.heart.volume import Grid, LabelVolume, Volume
@@ -156,7 +157,7 @@ def _bare(labels: LabelVolume, masks: Mapping[str, Mask], chamber: str, ventricl
     if below is not None:
         box = common_box(masks[chamber], below, labels.grid, _VALVE_RING_MM)
         if box is not None:
-            away = ndimage.distance_transform_edt(~below[box], sampling=labels.grid.spacing_mm[::-1])
+            away = away_from(below[box], labels.grid.spacing_mm[::-1])
             covered[box] |= (away <= _VALVE_RING_MM) & ~masks[chamber][box]
     patches = bare_patches(masks[chamber], covered, labels.grid, least_mm2=_LEAST_BARE_MM2, least_cover=_LEAST_COVER)
     return [Mouth(each) for each in patches]
@@ -178,8 +179,8 @@ def _bright(labels: LabelVolume, chamber: Mask, volume: Volume | None) -> list[M
     level = _BLOOD_SHARE * float(np.median(hu[inner]))
     bright = (hu > level) & (labels.labels[box] == 0)
     # Only where a ball of the least vessel's size fits in: partial volumes make every pool's rim a little bright.
-    room = ndimage.distance_transform_edt(bright | inner, sampling=grid.spacing_mm[::-1]) > _CAVAL_MM[0] / 2.0
-    wide = ndimage.distance_transform_edt(~(room & bright), sampling=grid.spacing_mm[::-1]) <= _CAVAL_MM[0] / 2.0
+    room = away_from(~(bright | inner), grid.spacing_mm[::-1]) > _CAVAL_MM[0] / 2.0
+    wide = away_from(room & bright, grid.spacing_mm[::-1]) <= _CAVAL_MM[0] / 2.0
     return [Mouth(each) for each in facing_patches(inner, bright & wide, grid, least_mm2=_LEAST_BARE_MM2)]
 
 

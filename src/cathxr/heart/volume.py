@@ -91,18 +91,23 @@ class Volume:
 class LabelVolume:
     """Which structure each voxel belongs to. labels: uint8 (K, J, I), read-only, 0 is none.
 
-    names: the structure's key (see `anatomy`) by label; a label without a name is an error.
+    names: the structure's key (see `anatomy`) by label; a label without a name is an error. counts (256,): how many
+    voxels each label has.
     """
 
     labels: npt.NDArray[np.uint8]
     grid: Grid
     names: Mapping[int, str] = field(default_factory=dict)
+    counts: npt.NDArray[np.int64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         labels: npt.NDArray[Any] = self.labels
         if labels.dtype != np.uint8 or labels.shape != self.grid.shape:
             raise ValueError(f"labels: expected uint8 of shape {self.grid.shape}, got {labels.dtype} {labels.shape}")
-        counts = np.bincount(labels.ravel(), minlength=256)
+        # Slice by slice: counting all at once would need eight bytes for each voxel.
+        counts = sum((np.bincount(each.ravel(), minlength=256) for each in labels), np.zeros(256, np.int64))
+        counts.setflags(write=False)
+        object.__setattr__(self, "counts", counts)
         if nameless := [int(each) for each in np.flatnonzero(counts[1:]) + 1 if int(each) not in self.names]:
             raise ValueError(f"labels: no name for the values {nameless}")
         self.labels.setflags(write=False)
@@ -110,9 +115,19 @@ class LabelVolume:
 
     def mask(self, key: str) -> npt.NDArray[np.bool_]:
         """Return where (K, J, I) the structure `key` is; nowhere when it has no label."""
-        values = [label for label, name in self.names.items() if name == key]
-        return np.asarray(np.isin(self.labels, values))
+        values = self._values(key)
+        mask = np.equal(self.labels, values[0]) if values else np.zeros(self.grid.shape, np.bool_)
+        for value in values[1:]:
+            mask |= self.labels == value
+        return np.asarray(mask)
+
+    def voxels(self, key: str) -> int:
+        """Return how many voxels the structure has."""
+        return int(self.counts[self._values(key)].sum())
 
     def volume_ml(self, key: str) -> float:
         """Return the volume of the structure's voxels, mL."""
-        return float(np.count_nonzero(self.mask(key))) * self.grid.voxel_ml
+        return float(self.voxels(key)) * self.grid.voxel_ml
+
+    def _values(self, key: str) -> list[int]:
+        return [label for label, name in self.names.items() if name == key]

@@ -21,12 +21,22 @@ _RESERVED = re.compile(r"(?i)(con|prn|aux|nul|com\d|lpt\d)(\..*)?")
 _STOP_S = 1.5
 
 
-def session_opener(folder: Path, *, rig: Rig, config: Mapping[str, Any], clock: Clock, videos: bool) -> OpenSession:
-    """Return what opens sessions inside `folder`, each with a copy of the rig and of the configuration."""
+def session_opener(
+    folder: Path,
+    *,
+    rig: Rig,
+    config: Mapping[str, Any],
+    clock: Clock,
+    videos: bool,
+    registration: Mapping[str, Any] | None = None,
+) -> OpenSession:
+    """Return what opens sessions inside `folder`, each with a copy of the rig, the configuration, the registration."""
 
     def open_session(name: str) -> Writer:
         clock_pair = (clock.now_ns(), datetime.now(UTC).isoformat())
-        return SessionWriter(folder / name, rig=rig, config=config, clock_pair=clock_pair, videos=videos)
+        return SessionWriter(
+            folder / name, rig=rig, config=config, clock_pair=clock_pair, videos=videos, registration=registration
+        )
 
     return open_session
 

@@ -10,7 +10,7 @@ from cathxr.geometry import CameraModel
 from cathxr.tracking.fit import LEAST_OUTLINE, CurveFit
 from cathxr.tracking.judge_kernels import agreement, tip_variance
 
-RESOLVED_MM = 0.8
+RESOLVED_MM = 0.4
 """A tip less sure than this is not where both pictures show it, but where the curve's smoothness puts it."""
 _CORRELATION = 1.1
 """Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of

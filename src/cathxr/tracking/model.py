@@ -44,14 +44,15 @@ class ModelTracker:
         """Forget what came before."""
         self._continuity.reset()
         self._prediction.reset()
+        self._calibrated = None
 
     def update(self, observation: Observation) -> Track:
         """Return the Track of one observation."""
-        before = copy(self._continuity), copy(self._prediction)
+        before = copy(self._continuity), copy(self._prediction), self._calibrated
         track = self._updated(observation)
         if observation.predicted and track.status is not Status.TRACKED:
             # what lies near the prediction is no catheter: the pair will be read whole
-            self._continuity, self._prediction = before
+            self._continuity, self._prediction, self._calibrated = before
         return track
 
     def _updated(self, observation: Observation) -> Track:

@@ -1,4 +1,4 @@
-"""`cathxr heart seeds` as a real process: a scan that lies askew, ready labels, a person at the page, a file at the end."""
+"""`cathxr heart seeds` as a real process: an askew scan, ready labels, a person at the page, a file at the end."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cathxr.heart.anatomy import CATALOGUE
-from cathxr.heart.seeds import read_seeds, write_seeds
 from cathxr.heart.seeds import Seed as HeartSeed
+from cathxr.heart.seeds import read_seeds, write_seeds
 from cathxr.heart.volume import LabelVolume, Volume
 from tests.heart_support.phantoms import four_chambers
 
@@ -80,8 +80,10 @@ def test_a_person_places_seeds_and_saves_them(
     watched.until("document.querySelectorAll('#seeds li').length === 2")
     assert "labelled" not in page.locator("#seeds li").nth(1).inner_text(), "the labels agree with the seed"
     page.get_by_role("button", name="Save seeds").click()
-    watched.until("document.querySelector('#advice').innerText.length > 0 && "
-                  "![...document.querySelectorAll('#actions button')].some((each) => each.innerText === 'Save seeds')")  # fmt: skip
+    watched.until(
+        "document.querySelector('#advice').innerText.length > 0 && "
+        "![...document.querySelectorAll('#actions button')].some((each) => each.innerText === 'Save seeds')"
+    )
     page.get_by_role("button", name="Done").click()
     watched.until("!document.querySelector('#ended').hidden")
     shown = page.inner_text("body") + page.title() + " ".join(watched.requests)

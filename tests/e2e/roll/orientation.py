@@ -67,10 +67,13 @@ def _tracks(rig: Rig, world: TwinWorld, pictures: int) -> list[tuple[Track, Trac
     for seq in range(pictures):
         t_ns = seq * _PERIOD_NS
         truth = world.truth(t_ns, points=200)
-        detections = tuple(
-            detectors[name].detect(Image(name, seq, t_ns, renderers[name].picture(t_ns)), last) for name in CAMERAS
-        )
-        track = tracker.update(Observation(seq, t_ns, detections, 0, truth.roll_rad))
+        images = {name: Image(name, seq, t_ns, renderers[name].picture(t_ns)) for name in CAMERAS}
+        for predicted in (last, None):  # as live: near the prediction, and where that is no good, the whole pictures
+            detections = tuple(detectors[name].detect(images[name], predicted) for name in CAMERAS)
+            observation = Observation(seq, t_ns, detections, 0, truth.roll_rad)
+            track = tracker.update(observation)
+            if track.status is Status.TRACKED or not observation.predicted:
+                break
         last = None if track.status is Status.LOST else track
         found.append((track, truth))
     return found

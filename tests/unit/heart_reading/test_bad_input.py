@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pydicom
 import pytest
+import SimpleITK as sitk
 
 from cathxr.core import DataError
 from cathxr.heart.reading import find_series, read_volume
@@ -104,6 +105,15 @@ def damaged_nifti(folder: Path) -> Path:
     return folder / "ct.nii.gz"
 
 
+def cut_off_nifti(folder: Path) -> Path:
+    folder.mkdir()
+    path = folder / "ct.nii.gz"
+    noise = np.random.default_rng(0).integers(-1000, 400, (40, 64, 64)).astype(np.int16)  # does not pack well
+    sitk.WriteImage(sitk.GetImageFromArray(noise), path)
+    path.write_bytes(path.read_bytes()[:100_000])  # the header and some slices: ITK takes the rest for zeros
+    return path
+
+
 def bomb(folder: Path) -> Path:
     path = folder.with_suffix(".zip")
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -127,6 +137,7 @@ def bomb(folder: Path) -> Path:
         (encrypted_zip, "is encrypted; unpack it with its password and give the folder"),
         (damaged_zip, "is a damaged ZIP archive; copy or export it again"),
         (damaged_nifti, "is damaged, cut off or not what its name says; copy or export it again"),
+        (cut_off_nifti, "is damaged, cut off or not what its name says; copy or export it again"),
         (bomb, "unpacks to far more than a CT could .* unpack it yourself and give the folder"),
     ],
     ids=lambda each: getattr(each, "__name__", ""),

@@ -43,7 +43,8 @@ def plan_of(stack: Stack) -> Plan:
         what = "one slice" if len(along) == 1 else f"{len(along)} slices"
         raise DataError(f"The series holds only {what}, which is no volume; give the folder of the whole series.")
     steps = np.diff(along)
-    pitch = float(np.median(steps))
+    # A distance that occurs: the mean of the middle two would be none where half of the slices lie twice as far apart.
+    pitch = float(np.quantile(steps, 0.5, method="lower"))
     # Step by step, not from the start: a pitch of 0.625 mm written as 0.6 and 0.7 would drift by whole slices.
     planes = np.concatenate([[0.0], np.cumsum(np.maximum(np.rint(steps / pitch), 1.0))])
     fitted = float(np.polyfit(planes, along, 1)[0])

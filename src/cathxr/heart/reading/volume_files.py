@@ -1,5 +1,7 @@
 """Reads NIfTI, NRRD and MetaImage files with ITK: as volumes of HU, or as they are, for label maps."""
 
+import gzip
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from cathxr.heart.volume import Grid, Progress, Technical, Volume
 MAX_VOXELS = 1 << 30
 """Six times a 512x512x600 scan. A file that declares more is damaged, or a bomb."""
 
+_STEP = 1 << 22
 _ORTHOGONAL = 1e-3
 _NO_AIR_HU = -200.0
 _NO_ORIENTATION = "The file says nothing about its orientation: taken as it is stored."
@@ -108,6 +111,7 @@ def read_grid(file: Path, path: Path, *, time: int = 0) -> tuple[npt.NDArray[Any
         raise DataError(
             f"{path} holds {header.components} values in each voxel, where one is needed; give another file."
         )
+    _check_whole(file, path)
     try:
         image = sitk.ReadImage(str(file))
     except RuntimeError:
@@ -127,6 +131,19 @@ def read_grid(file: Path, path: Path, *, time: int = 0) -> tuple[npt.NDArray[Any
         values, matrix = _turned(values, matrix)
     depth, rows, columns = values.shape
     return values, Grid((depth, rows, columns), matrix)
+
+
+def _check_whole(file: Path, path: Path) -> None:
+    """Refuse a gzip file that was cut off: ITK would take what is missing for zeros."""
+    with file.open("rb") as raw:
+        if raw.read(2) != b"\x1f\x8b":
+            return
+    try:
+        with gzip.open(file) as unpacked:
+            while unpacked.read(_STEP):
+                pass
+    except (OSError, EOFError, zlib.error):
+        raise DataError(f"{path} is damaged, cut off or not what its name says; copy or export it again.") from None
 
 
 def _turned(values: npt.NDArray[Any], matrix: FloatArray) -> tuple[npt.NDArray[Any], FloatArray]:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from cathxr.heart.anatomy import CATALOGUE
+from cathxr.heart.segmentation.distances import distance_to, distance_within
 from cathxr.heart.segmentation.model_heart import labelled_heart
 from cathxr.heart.volume import Grid, LabelVolume
 
@@ -70,7 +71,7 @@ def load_atlas() -> Atlas:
     names = {each.label: each.key for each in CATALOGUE.values()}
     volume = LabelVolume(labels, Grid(labels.shape, matrix), names)
     distances = np.stack([signed_distance(labels == CATALOGUE[key].label, spacing) for key in STRUCTURES])
-    near = ndimage.distance_transform_edt(labels == 0, sampling=spacing) < _RING_MM
+    near = distance_to(labels > 0, spacing) < _RING_MM
     chambers = distances[: len(CHAMBERS)].min(axis=0)
     weight = np.clip(1.0 - (chambers - _WALL_MM) / _FADING_MM, _VESSEL_WEIGHT, 1.0)
     return Atlas(volume, distances, near, weight.astype(np.float32))
@@ -78,6 +79,4 @@ def load_atlas() -> Atlas:
 
 def signed_distance(mask: npt.NDArray[np.bool_], spacing_mm: float) -> npt.NDArray[np.float32]:
     """Return the distance mm of each voxel to the mask's edge, negative within it."""
-    outside = ndimage.distance_transform_edt(~mask, sampling=spacing_mm)
-    within = ndimage.distance_transform_edt(mask, sampling=spacing_mm)
-    return np.asarray(outside - within, np.float32)
+    return distance_to(mask, spacing_mm) - distance_within(mask, spacing_mm)

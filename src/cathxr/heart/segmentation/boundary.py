@@ -6,9 +6,11 @@ import numpy as np
 import numpy.typing as npt
 import SimpleITK as sitk
 from scipy import ndimage
-from skimage.segmentation import watershed
 
+from cathxr.heart.segmentation.distances import distance_within
+from cathxr.heart.segmentation.flooding import flooded_from
 from cathxr.heart.segmentation.images import resampled, to_image
+from cathxr.heart.segmentation.sampling import largest_two
 from cathxr.heart.volume import Grid
 
 _LIGHT_SMOOTHING_VOXELS = 0.6
@@ -45,19 +47,13 @@ def share_of_blood(hu: npt.NDArray[np.int16], grid: Grid, levels: Levels) -> npt
 
 
 def best_two(
-    probabilities: npt.NDArray[np.float32], coarse: Grid, grid: Grid
+    probabilities: npt.NDArray[np.float32], coarse: Grid, blood: npt.NDArray[np.bool_], grid: Grid
 ) -> tuple[npt.NDArray[np.uint8], npt.NDArray[np.float32]]:
-    """Return the likeliest group's number from 1 (the last stands for none), and its lead over the second, 0 to 1."""
-    best = np.zeros(grid.shape, np.uint8)
-    first = np.full(grid.shape, -1.0, np.float32)
-    second = np.full(grid.shape, -1.0, np.float32)
-    for index, values in enumerate(probabilities):
-        here = resampled(to_image(values, coarse), grid, outside=float(index == len(probabilities) - 1))
-        better = here > first
-        np.maximum(second, np.where(better, first, here), out=second)
-        first[better] = here[better]
-        best[better] = index + 1
-    return best, first - second
+    """Return, within the blood, the likeliest group's number from 1 (the last: none), and its lead over the second."""
+    matrix = np.linalg.inv(coarse.ct_from_voxel) @ grid.ct_from_voxel
+    backwards = [2, 1, 0]  # from i, j, k to k, j, i
+    index_from_voxel = np.column_stack([matrix[:3, :3][backwards][:, backwards], matrix[:3, 3][backwards]])
+    return largest_two(probabilities, blood, index_from_voxel)
 
 
 def metal(hu: npt.NDArray[np.int16], grid: Grid, metal_hu: float) -> npt.NDArray[np.bool_]:
@@ -65,7 +61,7 @@ def metal(hu: npt.NDArray[np.int16], grid: Grid, metal_hu: float) -> npt.NDArray
     bright = hu > metal_hu
     if not bright.any():
         return np.asarray(bright)
-    thick = ndimage.distance_transform_edt(bright, sampling=grid.spacing_mm[::-1]) > _METAL_THIN_MM / 2.0
+    thick = distance_within(bright, grid.spacing_mm[::-1]) > _METAL_THIN_MM / 2.0
     radius = [max(round(_METAL_THIN_MM / spacing), 1) for spacing in grid.spacing_mm]
     grown = sitk.GetArrayFromImage(sitk.BinaryDilate(sitk.GetImageFromArray(thick.astype(np.uint8)), radius)) > 0
     return np.asarray(bright & ~grown)
@@ -82,7 +78,7 @@ def labelled(
     What is certain stays; the rest is flooded from there, bright before dark and certain before doubtful, so that
     borders come to lie in walls that partial volume has made pale, and elsewhere where the partition is undecided.
     """
-    certain = np.where(blood & (lead > _CERTAIN), best, 0).astype(np.int32)
+    certain = np.where(blood & (lead > _CERTAIN), best, np.uint8(0))
     landscape = np.clip(1.0 - share, 0.0, 1.0) + 0.5 * (1.0 - lead)
-    flooded = watershed(np.round(landscape * 200.0).astype(np.int32), certain, mask=blood)
+    flooded = flooded_from(np.round(landscape * 200.0).astype(np.uint16), certain, blood)
     return np.asarray(np.where(flooded > 0, flooded, np.where(blood, best, 0)), np.uint8)

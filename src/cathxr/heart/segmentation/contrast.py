@@ -7,6 +7,7 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from cathxr.core import DataError
+from cathxr.heart.segmentation.distances import distance_within
 from cathxr.heart.volume import Grid
 
 _LEAST_CONTRAST_HU = 70.0
@@ -45,7 +46,7 @@ def thresholds(hu: npt.NDArray[np.float32], grid: Grid) -> Thresholds:
     if tissue is None:
         raise DataError("The volume holds no soft tissue; give a CT of the chest in Hounsfield units.")
     bright = smooth > tissue + _LEAST_CONTRAST_HU
-    core = ndimage.distance_transform_edt(bright, sampling=grid.spacing_mm[::-1]) > _CORE_MM
+    core = distance_within(bright, grid.spacing_mm[::-1]) > _CORE_MM
     pieces, count = ndimage.label(core)
     sizes = np.bincount(pieces.ravel(), minlength=count + 1)[1:] * grid.voxel_ml
     kept = [index + 1 for index in np.flatnonzero(sizes >= _PIECE_ML * 0.25)]

@@ -22,6 +22,8 @@ _VALVES = (
 )
 """Atrium, ventricle, what both are together, and the area cm² that no annulus exceeds."""
 _THROUGH_WALL_CM2 = 3.0
+_NO_SEPTUM_CM2 = 12.0
+"""The muscle between the ventricles is the thickest wall; where so much of it is missing, nothing can be believed."""
 _OPEN_CM2 = 0.5
 _SEEDS = "correct it with seeds (cathxr heart seeds)"
 
@@ -35,14 +37,15 @@ def judged(
     """
     out = labels.copy()
     chambers = [key for key in _LEAST_ML if key not in seeded]
-    if difference > _POOR_FIT and len(chambers) == len(_LEAST_ML):
+    areas = contacts(out, grid)
+    unlike = difference > _POOR_FIT or _between(areas, "left_ventricle", "right_ventricle") > _NO_SEPTUM_CM2
+    if unlike and len(chambers) == len(_LEAST_ML):
         heart = (out > 0) & (out <= CATALOGUE["left_atrial_appendage"].label)
         out[heart] = CATALOGUE["blood_pool"].label
         return out, (
             "The chambers could not be told apart: the scan's blood is not shaped like a heart that is known; "
             "give one seed for each chamber (cathxr heart seeds).",
         )
-    areas = contacts(out, grid)
     findings = [*_separated(out, areas, seeded), *_valves(areas), *_missing(out, grid)]
     return out, tuple(findings)
 

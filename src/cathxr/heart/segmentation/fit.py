@@ -8,7 +8,8 @@ from scipy import ndimage, signal
 
 from cathxr.core import DataError, FloatArray
 from cathxr.heart.segmentation.atlas import Atlas
-from cathxr.heart.segmentation.images import grid_points, upright_at
+from cathxr.heart.segmentation.images import grid_points, smoothed, upright_at
+from cathxr.heart.segmentation.sampling import sampled
 from cathxr.heart.volume import Grid
 
 _SCALES = (0.78, 0.88, 1.0, 1.12, 1.26)
@@ -43,14 +44,14 @@ class Fit:
             for offset, size in zip(at[::-1], grid.shape, strict=True)
         ]
         index = np.meshgrid(*steps, indexing="ij")
-        places = [ndimage.map_coordinates(each, index, order=1, mode="nearest") for each in self.places_mm]
+        places = sampled(self.places_mm, np.stack(index).astype(np.float32))
         origin, spacing = atlas_grid.ct_from_voxel[:3, 3], atlas_grid.spacing_mm[0]
         return np.stack([(places[axis] - origin[axis]) / spacing for axis in (2, 1, 0)]).astype(np.float32)
 
 
 def looked_up(atlas_values: npt.NDArray[np.float32], index: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
-    """Return the atlas's values at its voxel coordinates (3, …), those of its edge beyond it."""
-    return np.asarray(ndimage.map_coordinates(atlas_values, index, order=1, mode="nearest"), np.float32)
+    """Return the atlas's values (C, …) of (C, K, J, I) at its voxel coordinates (3, …), those of its edge beyond it."""
+    return sampled(atlas_values, index)
 
 
 def fit_atlas(atlas: Atlas, blood: npt.NDArray[np.float32], grid: Grid, pairs: FloatArray | None = None) -> Fit:
@@ -74,14 +75,14 @@ def fit_atlas(atlas: Atlas, blood: npt.NDArray[np.float32], grid: Grid, pairs: F
     places = grid_points(region) @ np.linalg.inv(best)[:3, :3].T + np.linalg.inv(best)[:3, 3]
     bent = np.moveaxis(places, -1, 0).astype(np.float32)
     for blur, smoothing, rounds in _BENDING:
-        coarse = ndimage.map_coordinates(_blurred(blood, grid, blur), index, order=1, mode="constant")
+        coarse = sampled(_blurred(blood, grid, blur)[None], index, nearest_beyond=False)[0]
         bent = _bent(atlas, coarse, region, bent, (blur, smoothing, rounds))
     return Fit(bent, region, float(cost))
 
 
 def _blurred(values: npt.NDArray[np.float32], grid: Grid, blur_mm: float) -> npt.NDArray[np.float32]:
     """Return the values (K, J, I) smoothed by a Gaussian of this standard deviation."""
-    return np.asarray(ndimage.gaussian_filter(values, blur_mm / grid.spacing_mm[::-1], output=np.float32))
+    return smoothed(values, blur_mm / grid.spacing_mm[::-1])
 
 
 def _starts(atlas: Atlas, blood: npt.NDArray[np.float32], grid: Grid) -> list[FloatArray]:
@@ -202,22 +203,21 @@ def _affine(
     weight = atlas.weight[some][near]
     middle = points.mean(axis=0)
     basis = np.column_stack([(points - middle) / _ARM_MM, np.ones(len(points))])
-    slopes = [np.asarray(each, np.float32) for each in np.gradient(image, grid.spacing_mm[0])][::-1]
+    slopes = np.stack([np.asarray(each, np.float32) for each in np.gradient(image, grid.spacing_mm[0])][::-1])
     parameters = np.column_stack([start[:3, :3] * _ARM_MM, start[:3, :3] @ middle + start[:3, 3]])
 
     def in_scan(values: npt.NDArray[np.float32], at: FloatArray) -> FloatArray:
-        index = grid.to_voxel(at).T[::-1]
-        return np.asarray(ndimage.map_coordinates(values, index, order=1, mode="constant"), float)
+        return sampled(values, grid.to_voxel(at).T[::-1], nearest_beyond=False).astype(float)
 
     def cost_of(trial: FloatArray) -> tuple[FloatArray, float]:
-        residual = in_scan(image, basis @ trial.T) - wanted
+        residual = in_scan(image[None], basis @ trial.T)[0] - wanted
         return residual, float((weight * residual**2).sum() / weight.sum())
 
     residual, cost = cost_of(parameters)
     damping = 1e-2
     for _ in range(_AFFINE_ROUNDS):
         at = basis @ parameters.T
-        slope = np.stack([in_scan(each, at) for each in slopes], axis=-1)
+        slope = in_scan(slopes, at).T
         jacobian = (slope[:, :, None] * basis[:, None, :]).reshape(len(points), 12)
         normal = jacobian.T @ (weight[:, None] * jacobian)
         downhill = jacobian.T @ (weight * residual)
@@ -255,17 +255,16 @@ def _bent(
     slopes = [np.asarray(each, np.float32) for each in np.gradient(blur, own.spacing_mm[0])][::-1]
     origin = own.ct_from_voxel[:3, 3].astype(np.float32)[:, None, None, None]
     spacing = np.float32(own.spacing_mm[0])
-    weights = atlas.weight * atlas.near
+    pictures = np.stack([blur, *slopes, atlas.weight * atlas.near])
     sigma = smoothing_mm / grid.spacing_mm[::-1]
     for _ in range(rounds):
         index = ((places - origin) / spacing)[::-1]
-        difference = ndimage.map_coordinates(blur, index, order=1) - image
-        slope = np.stack([ndimage.map_coordinates(each, index, order=1) for each in slopes])
-        weight = ndimage.map_coordinates(weights, index, order=1)
+        looked = sampled(pictures, index, nearest_beyond=False)
+        difference, slope, weight = looked[0] - image, looked[1:4], looked[4]
         strength = (slope**2).sum(axis=0)
         force = weight * difference * slope / (strength + (difference / _STEP_MM) ** 2 + 1e-5)
         # Averaged over where there are edges at all: the flat insides of the pools must not thin the step.
         edges = weight * strength / (strength + _EDGE_PER_MM**2)
-        total = ndimage.gaussian_filter(edges, sigma) + 0.02
-        places = places - np.stack([ndimage.gaussian_filter(each, sigma) for each in force]) / total
+        total = smoothed(edges, sigma) + np.float32(0.02)
+        places = places - np.stack([smoothed(each, sigma) for each in force]) / total
     return places

@@ -5,9 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage, sparse
-from scipy.sparse.linalg import cg
-from skimage.segmentation import watershed
+from scipy import ndimage
+
+from cathxr.heart.segmentation.distances import distance_to, distance_within, nearest_in
+from cathxr.heart.segmentation.flooding import flooded_from
+from cathxr.heart.segmentation.walking import graph_of, settled
 
 _STEEPNESS = 30.0
 _LEAST_CONDUCTANCE = 3e-4
@@ -17,7 +19,6 @@ _ROOT_MM, _CHAMBER_MM = 8.0, 3.0
 _SEED_WEIGHT = 50.0
 _FADING_MM = 2.5
 _OTHER_MM = 10.0
-_TOLERANCE = 1e-3
 _FULL = 0.7
 _STEP_COUNTS = 0.5
 _OPENING = 40
@@ -73,40 +74,18 @@ def walks(
     pull (N,): how strongly the prior draws at each node, 0 to 1.
     L. Grady, "Multilabel random walker image segmentation using prior models", CVPR 2005.
     """
-    number = np.full(nodes.shape, -1, np.int64)
-    count = int(nodes.sum())
-    number[nodes] = np.arange(count)
-    rows, columns, weights = [], [], []
-    for axis in range(3):
-        low = tuple(slice(None, -1) if each == axis else slice(None) for each in range(3))
-        high = tuple(slice(1, None) if each == axis else slice(None) for each in range(3))
-        both = nodes[low] & nodes[high]
-        dip = 1.0 - np.clip(np.minimum(share[low][both], share[high][both]), 0.0, 1.0)
-        rows.append(number[low][both])
-        columns.append(number[high][both])
-        weights.append(np.exp(-_STEEPNESS * dip**2) + _LEAST_CONDUCTANCE)
-    row, column, weight = (np.concatenate(each) for each in (rows, columns, weights))
-    graph = sparse.coo_matrix((weight, (row, column)), shape=(count, count)).tocsr()
-    graph = graph + graph.T
+    neighbours, conductances = graph_of(share, nodes, steepness=_STEEPNESS, least=_LEAST_CONDUCTANCE)
     pull = _PRIOR_WEIGHT * pull
-    wanted = np.asarray(prior, float)
+    wanted = prior.copy()
     for pin in pinned:
-        at = number.ravel()[pin.voxels]
-        at = at[at >= 0]
+        at = np.flatnonzero(np.isin(np.flatnonzero(nodes), pin.voxels))
         pull[at] = _SEED_WEIGHT
         wanted[:, at] = 0.0
         wanted[pin.group, at] = 1.0
-    diagonal = np.asarray(graph.sum(axis=1)).ravel() + pull
-    system = (sparse.diags(diagonal) - graph).tocsr()
-    inverse = sparse.diags(1.0 / diagonal)
     solved = np.empty_like(prior)
-    for index in range(len(prior)):
-        right = pull * wanted[index]
-        if not right.any():
-            solved[index] = 0.0
-            continue
-        result, _ = cg(system, right, x0=wanted[index], rtol=_TOLERANCE, maxiter=300, M=inverse)
-        solved[index] = np.clip(result, 0.0, 1.0)
+    for index, each in enumerate(wanted[:-1]):
+        solved[index] = np.clip(settled(neighbours, conductances, pull, each), 0.0, 1.0)
+    solved[-1] = np.clip(1.0 - solved[:-1].sum(axis=0), 0.0, 1.0)
     return solved
 
 
@@ -168,16 +147,16 @@ def flooded(
     something thicker than `radius` voxels takes the group of the node from which it is reached through the brightest
     blood: vessels are followed, walls are not crossed while there is another way.
     """
-    markers = np.zeros(nodes.shape, np.int32)
+    markers = np.zeros(nodes.shape, np.uint8)
     markers[outside] = len(found)
     markers[nodes] = found.argmax(axis=0) + 1
-    thick = ndimage.distance_transform_edt(further | nodes) >= radius
-    wide = ndimage.distance_transform_edt(~thick) < radius
+    thick = distance_within(further | nodes, 1.0) >= radius
+    wide = distance_to(thick, 1.0) < radius
     open_to_it = nodes | outside | (further & wide)
     # A step in brightness parts two lumens too, as of a cava full of contrast on the pulmonary artery behind it.
     steps = ndimage.gaussian_gradient_magnitude(share, 0.7)
-    landscape = np.round((np.clip(1.0 - share, 0.0, 1.0) + _STEP_COUNTS * steps) * 100.0).astype(np.int32)
-    reached = watershed(landscape, markers, mask=open_to_it)
+    landscape = np.round((np.clip(1.0 - share, 0.0, 1.0) + _STEP_COUNTS * steps) * 100.0).astype(np.uint16)
+    reached = flooded_from(landscape, markers, open_to_it)
     both = reached > 0
     out = (np.arange(1, len(found) + 1)[:, None] == reached[both]).astype(np.float32)
     out[:, nodes[both]] = found
@@ -189,10 +168,11 @@ def spread(values: npt.NDArray[np.float32], nodes: npt.NDArray[np.bool_], steps:
 
     Each other voxel takes its nearest node's; beyond `steps` voxels from all nodes the last group, none, is certain.
     """
-    away, index = ndimage.distance_transform_edt(~nodes, return_indices=True)
-    number = np.zeros(nodes.shape, np.int64)
-    number[nodes] = np.arange(int(nodes.sum()))
-    out = values[:, number[tuple(index)]]
-    out[:, away > steps] = 0.0
-    out[-1, away > steps] = 1.0
-    return np.asarray(out)
+    away, index = nearest_in(nodes, 1.0)
+    number = np.zeros(nodes.size, np.int32)
+    number[nodes.ravel()] = np.arange(values.shape[1], dtype=np.int32)
+    near = away <= steps
+    out = np.zeros((len(values), *nodes.shape), np.float32)
+    out[:, near] = values[:, number[index[near]]]
+    out[-1, ~near] = 1.0
+    return out

@@ -9,13 +9,15 @@ from scipy import ndimage
 
 from cathxr.core import DataError, FloatArray
 from cathxr.heart.anatomy import CATALOGUE
-from cathxr.heart.seeds import NOTHING, Seed
+from cathxr.heart.seeds import Seed
 from cathxr.heart.segmentation.atlas import CHAMBERS, STRUCTURES, Atlas, load_atlas
 from cathxr.heart.segmentation.boundary import Levels, best_two, labelled, local_blood, metal, share_of_blood
 from cathxr.heart.segmentation.contrast import Thresholds, thresholds
+from cathxr.heart.segmentation.corrections import SEED_MM, corrected, takes_a_piece
+from cathxr.heart.segmentation.distances import distance_within, nearest_in
 from cathxr.heart.segmentation.findings import judged
 from cathxr.heart.segmentation.fit import Fit, fit_atlas, looked_up
-from cathxr.heart.segmentation.images import box_of, cropped, resampled, to_image, upright
+from cathxr.heart.segmentation.images import ball, box_of, cropped, resampled, to_image, upright
 from cathxr.heart.segmentation.partition import Pinned, beliefs, flooded, largest_pieces, pulls, rival, spread, walks
 from cathxr.heart.segmentation.tidy import obeyed, tidied
 from cathxr.heart.segmentation.vessels import GROUPS, SPRING_FROM, SPRINGS, grouped, outflows, split
@@ -28,7 +30,6 @@ _BEHIND_MM, _THICK_MM = 6.0, 5.0
 _VESSEL_RADIUS_MM = 3.5
 _SEED_REACH_MM = 14.0
 _NODE_SHARE = 0.35
-_SEED_MM = 2.0
 _SEED_BOX_MM = np.array([[-9.0], [9.0]])
 
 
@@ -109,11 +110,11 @@ def _partition(volume: Volume, atlas: Atlas, fit: Fit, levels: Thresholds, seeds
     """Return who owns the blood, on an upright grid of 1.5 mm about the heart."""
     hu, grid = _about(volume, fit, seeds)
     index = fit.index_in(atlas.labels.grid, grid)
-    distances = np.stack([looked_up(each, index) for each in atlas.distances])
+    distances = looked_up(atlas.distances, index)
     reached = distances[: len(CHAMBERS)].min(axis=0) < _REACH_MM
     for seed in seeds:
-        reached |= _ball(grid, seed.position_mm, _SEED_REACH_MM)
-    muscle = _muscle(hu, looked_up((atlas.labels.labels == 11).astype(np.float32), index), levels)
+        reached |= ball(grid, seed.position_mm, _SEED_REACH_MM)
+    muscle = _muscle(hu, looked_up((atlas.labels.labels == 11).astype(np.float32)[None], index)[0], levels)
     core = _core(hu, levels, muscle)
     blood = local_blood(hu, core & reached, grid, levels.blood_hu)
     share = ((hu - muscle) / np.maximum(blood - muscle, 20.0)).astype(np.float32)
@@ -136,15 +137,17 @@ def _partition(volume: Volume, atlas: Atlas, fit: Fit, levels: Thresholds, seeds
     nodes, found = _followed(share, nodes, found, bright, pinned, grid)
     likely = spread(found, nodes)
     owner = np.where(nodes & (share > 0.5), likely.argmax(axis=0), len(GROUPS))
-    likely = outflows(likely, owner, distances, grid)
+    likely = outflows(likely, owner, distances, share, grid)
     owner = np.where(owner < len(GROUPS), likely.argmax(axis=0), len(GROUPS))
     inner = np.zeros(grid.shape, np.uint8)
     for number, key in enumerate(GROUPS):
         for member, part in split(owner == number, key, distances, grid).items():
             inner[part] = CATALOGUE[member].label
-    for seed in seeds:  # which vein or chamber of the group a person says it is
-        here = _ball(grid, seed.position_mm, seed.radius_mm or _SEED_MM) & (inner > 0)
-        inner[here] = 0 if seed.structure == NOTHING else CATALOGUE[seed.structure].label
+    if seeds:
+        said = corrected(inner, share, seeds, grid)
+        changed = said != inner
+        inner = said
+        likely[:, changed] = _of_labels(said[changed])
     return _Partition(likely, inner, grid, Levels(blood, muscle, grid))
 
 
@@ -180,7 +183,7 @@ def _behind(
     if not atrium.any():
         return atrium
     back = np.quantile(np.nonzero(atrium)[1], 0.99) + _BEHIND_MM / grid.spacing_mm[1]
-    thick = ndimage.distance_transform_edt(bright, sampling=grid.spacing_mm[::-1]) > _THICK_MM
+    thick = distance_within(bright, grid.spacing_mm[::-1]) > _THICK_MM
     return np.asarray(thick & (np.arange(nodes.shape[1])[:, None] > back))
 
 
@@ -210,34 +213,21 @@ def _core(hu: npt.NDArray[np.float32], levels: Thresholds, muscle: float) -> npt
     return np.asarray(ndimage.binary_erosion(bright, ndimage.generate_binary_structure(3, 3)))
 
 
-def _ball(grid: Grid, centre_mm: Sequence[float], radius_mm: float) -> npt.NDArray[np.bool_]:
-    """Return which voxels' centres (K, J, I) lie within a ball; at least the voxel that holds the centre."""
-    mask = np.zeros(grid.shape, bool)
-    middle = grid.to_voxel(centre_mm)
-    reach = radius_mm / grid.spacing_mm
-    low = np.maximum(np.floor(middle - reach).astype(int), 0)
-    high = np.minimum(np.ceil(middle + reach).astype(int) + 1, grid.shape[::-1])
-    if (low >= high).any():
-        return mask
-    k, j, i = np.meshgrid(*(np.arange(low[axis], high[axis]) for axis in (2, 1, 0)), indexing="ij")
-    offset = (np.stack([i, j, k], axis=-1) - middle) * grid.spacing_mm
-    mask[low[2] : high[2], low[1] : high[1], low[0] : high[0]] = (offset**2).sum(axis=-1) <= radius_mm**2
-    at = np.clip(np.round(middle).astype(int), 0, np.asarray(grid.shape[::-1]) - 1)
-    mask[at[2], at[1], at[0]] = True
-    return mask
-
-
-def _index_of(structure: str) -> int:
-    """Return the index of the structure's group; the last, after them, for none."""
-    return next((number for number, members in enumerate(GROUPS.values()) if structure in members), len(GROUPS))
+def _of_labels(labels: npt.NDArray[np.uint8]) -> npt.NDArray[np.float32]:
+    """Return the probabilities (G + 1, N) of groups that are certain, from labels (N,); 0 is none."""
+    group = np.full(256, len(GROUPS), np.int64)
+    for number, members in enumerate(GROUPS.values()):
+        group[[CATALOGUE[member].label for member in members]] = number
+    return np.asarray(np.arange(len(GROUPS) + 1)[:, None] == group[labels], np.float32)
 
 
 def _pinned(seeds: Sequence[Seed], grid: Grid) -> list[Pinned]:
-    """Return the voxels that seeds speak of."""
+    """Return the voxels that chambers' seeds speak of."""
+    keys = list(GROUPS)
     return [
-        Pinned(np.flatnonzero(_ball(grid, seed.position_mm, seed.radius_mm or _SEED_MM)), _index_of(seed.structure))
+        Pinned(np.flatnonzero(ball(grid, seed.position_mm, seed.radius_mm or SEED_MM)), keys.index(seed.structure))
         for seed in seeds
-        if seed.structure == NOTHING or _index_of(seed.structure) < len(GROUPS)
+        if not takes_a_piece(seed)
     ]
 
 
@@ -249,11 +239,11 @@ def _drawn(volume: Volume, part: _Partition, levels: Thresholds, seeds: Sequence
     hu = volume.hu[box]
     share = share_of_blood(hu, grid, part.levels)
     blood = (share > 0.5) & ~metal(hu, grid, levels.metal_hu)
-    best, lead = best_two(part.probabilities, part.grid, grid)
+    best, lead = best_two(part.probabilities, part.grid, blood, grid)
     drawn = _named(labelled(share, blood, best, lead), part, grid)
-    drawn = tidied(drawn, grid)
+    drawn = tidied(drawn, grid, seeds)
     for seed in seeds:
-        obeyed(drawn, blood, _ball(grid, seed.position_mm, seed.radius_mm or _SEED_MM), seed, grid)
+        obeyed(drawn, blood, ball(grid, seed.position_mm, seed.radius_mm or SEED_MM), seed, grid)
     labels = np.zeros(volume.grid.shape, np.uint8)
     labels[box] = drawn
     return labels
@@ -269,8 +259,8 @@ def _named(groups: npt.NDArray[np.uint8], part: _Partition, grid: Grid) -> npt.N
         if len(own) == 1 or not known.any():
             labels[mask] = own[0]
             continue
-        at = ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True)
-        nearest = to_image(part.inner[tuple(at)], part.grid)
+        _, at = nearest_in(known, 1.0)
+        nearest = to_image(part.inner.ravel()[at], part.grid)
         labels[mask] = resampled(nearest, grid, outside=own[0], nearest=True)[mask]
     return labels
 
@@ -279,6 +269,12 @@ def _judged(
     volume: Volume, labels: npt.NDArray[np.uint8], fit: Fit, levels: Thresholds, seeded: Sequence[str]
 ) -> Segmentation:
     """Return the segmentation with what cannot be believed taken together, and said."""
-    merged, findings = judged(labels, volume.grid, fit.difference, seeded)
+    if not labels.any():
+        raise DataError(
+            "Where the heart should be there is hardly any contrast-filled blood; give a contrast-enhanced phase."
+        )
+    box = box_of(labels > 0, 1)
+    merged, findings = judged(labels[box], cropped(volume.grid, box), fit.difference, seeded)
+    labels[box] = merged
     names = {each.label: each.key for each in CATALOGUE.values() if (merged == each.label).any()}
-    return Segmentation(LabelVolume(merged, volume.grid, names), findings, levels)
+    return Segmentation(LabelVolume(labels, volume.grid, names), findings, levels)

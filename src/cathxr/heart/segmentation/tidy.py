@@ -1,5 +1,7 @@
 """Loose pieces given to what they touch, small holes closed, a person's seeds obeyed."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
@@ -14,8 +16,11 @@ _MANY = {"pulmonary_veins": "left_atrium"}
 _LEAST_ML = 0.3
 
 
-def tidied(labels: npt.NDArray[np.uint8], grid: Grid) -> npt.NDArray[np.uint8]:
-    """Return the labels (K, J, I) with each structure in one piece; a loose piece goes to what it touches most."""
+def tidied(labels: npt.NDArray[np.uint8], grid: Grid, seeds: Sequence[Seed] = ()) -> npt.NDArray[np.uint8]:
+    """Return the labels (K, J, I) with each structure in one piece; a loose piece goes to what it touches most.
+
+    Pieces that hold a seed of their structure stay.
+    """
     out = labels.copy()
     for key, each in CATALOGUE.items():
         mask = out == each.label
@@ -33,10 +38,21 @@ def tidied(labels: npt.NDArray[np.uint8], grid: Grid) -> npt.NDArray[np.uint8]:
             chamber = ndimage.binary_dilation(window == CATALOGUE[_MANY[key]].label)
             large = np.flatnonzero(sizes * grid.voxel_ml >= _LEAST_ML)
             keep = {int(index) for index in np.unique(pieces[chamber]) if index in large} or keep
+        keep |= {int(pieces[at]) for at in _seeded(key, seeds, grid, box)}
         for index, found in enumerate(ndimage.find_objects(pieces), start=1):
             if index not in keep:
                 _given_away(window, pieces, index, found, each.label)
     return out
+
+
+def _seeded(key: str, seeds: Sequence[Seed], grid: Grid, box: tuple[slice, ...]) -> list[tuple[int, ...]]:
+    """Return the voxels (k, j, i), counted from the box's first, of the structure's seeds that lie in the box."""
+    found = []
+    for seed in seeds:
+        at = np.round(grid.to_voxel(seed.position_mm)).astype(int)[::-1]
+        if seed.structure == key and all(each.start <= n < each.stop for each, n in zip(box, at, strict=True)):
+            found.append(tuple(int(n) - each.start for each, n in zip(box, at, strict=True)))
+    return found
 
 
 def _given_away(

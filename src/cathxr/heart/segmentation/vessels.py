@@ -8,6 +8,8 @@ import numpy.typing as npt
 from scipy import ndimage
 
 from cathxr.heart.segmentation.atlas import STRUCTURES
+from cathxr.heart.segmentation.cutting import least_cut
+from cathxr.heart.segmentation.distances import closed, distance_to, distance_within
 from cathxr.heart.segmentation.images import box_of
 from cathxr.heart.volume import Grid
 
@@ -26,24 +28,29 @@ SPRING_FROM: Mapping[str, str] = {
     "pulmonary_artery": "right_ventricle",
 }
 """The chamber that each group is, or springs from."""
+PARENTS: Mapping[str, str] = {
+    "aorta": "left_ventricle",
+    "pulmonary_artery": "right_ventricle",
+    **{member: members[0] for members in GROUPS.values() for member in members[1:]},
+}
+"""The chamber that each vessel opens to."""
 SPRINGS: Mapping[int, int] = {
     number: list(GROUPS).index(SPRING_FROM[key]) for number, key in enumerate(GROUPS) if SPRING_FROM[key] != key
 }
 """The same for the great arteries, by the groups' numbers."""
-_SCALES_MM: Mapping[str, Sequence[float]] = {
-    "left_atrium": (12.0, 10.5, 9.0, 8.0, 7.0, 6.0, 5.0, 4.0),
-    "right_atrium": (14.0, 12.5, 11.0, 9.5, 8.0, 6.5, 5.0),
-}
-"""Radii of the balls that feel out the body and then what leads away from it, wide before narrow."""
-_WIDE_MM: Mapping[str, float] = {"left_atrium": 10.0, "right_atrium": 11.0}
-"""What a ball of this radius reaches is no vein."""
-_OUTFLOW_MM, _OUTFLOW_REACH_MM = 3.0, 12.0
-_CAP, _CAP_DEPTH_MM = 1.35, -1.0
+_THICK_MM: Mapping[str, float] = {"left_atrium": 8.0, "right_atrium": 11.0}
+"""Radius of the balls that reach the atrium's body, and its veins hardly."""
+_BY_ATLAS, _BY_THICKNESS = {"left_atrium": (0.05, 0.02), "right_atrium": (0.03, 0.03)}, 4.0
+"""How strongly (per mm of area and mm) the atlas's body and thickness draw; how far thickness counts, mm."""
+_INSET_MM: Mapping[str, float] = {"left_atrium": 2.0, "right_atrium": 0.0}
+"""How far within the atlas's body the veins' mouths are expected: its atria end where its veins are cut open."""
+_REACH_MM = 8.0
+_FEELERS_MM = 1.0
+_OUTFLOW_MM, _BY_OUTFLOW = 3.0, 0.02
+_WALL_STEEPNESS, _LEAST_DEAR = 30.0, 0.02
 _STREAK_MM = 3.0
-_SHELL_MM = 1.6
-_LEAST_ML = 0.3
-_LONG, _LONG_BEYOND, _BEYOND_MM = 1.2, 0.5, 2.0
-"""How far a vessel sticks out, over the ball's radius; less is enough well beyond the atlas's body."""
+_APPENDAGE = 0.05
+_LEAST_ML = {"left_atrium": 0.3, "right_atrium": 1.0}
 
 
 def grouped(per_structure: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
@@ -52,22 +59,32 @@ def grouped(per_structure: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def outflows(
-    likely: npt.NDArray[np.float32], owner: npt.NDArray[np.integer[Any]], distances: npt.NDArray[np.float32], grid: Grid
+    likely: npt.NDArray[np.float32],
+    owner: npt.NDArray[np.integer[Any]],
+    distances: npt.NDArray[np.float32],
+    share: npt.NDArray[np.float32],
+    grid: Grid,
 ) -> npt.NDArray[np.float32]:
     """Return the probabilities (G + 1, K, J, I) with what leads far out of a ventricle given to its great artery.
 
-    owner (K, J, I): each voxel's group. Where a valve stands open, nothing but the atlas says where the ventricle ends.
+    owner (K, J, I): each voxel's group; share: of blood, darker in walls. Where a valve stands open, nothing but the
+    atlas says where the ventricle ends: there it is cut where the cut is small. What bulges out widely stays.
     """
     out = likely.copy()
     keys = list(GROUPS)
     for artery, ventricle in (("aorta", "left_ventricle"), ("pulmonary_artery", "right_ventricle")):
         mine, its = keys.index(ventricle), keys.index(artery)
-        outside = distances[STRUCTURES.index(ventricle)]
-        pieces, count = ndimage.label((owner == mine) & (outside > _OUTFLOW_MM))
-        if not count:
+        both = (owner == mine) | (owner == its)
+        if not (owner == mine).any():
             continue
-        reach = ndimage.maximum(outside, pieces, np.arange(1, count + 1))
-        far = np.isin(pieces, 1 + np.flatnonzero(reach > _OUTFLOW_REACH_MM))
+        box = box_of(both)
+        beyond = np.clip(distances[STRUCTURES.index(ventricle)][box] - _OUTFLOW_MM, -_REACH_MM, _REACH_MM)
+        against = np.float32(_BY_OUTFLOW) * np.where(owner[box] == its, np.float32(_REACH_MM), beyond)
+        dip = 1.0 - np.clip(ndimage.minimum_filter(share[box], size=2, origin=-1), 0.0, 1.0)
+        dear = np.asarray(np.exp(-_WALL_STEEPNESS * dip**2) + _LEAST_DEAR, np.float32)
+        kept = least_cut(both[box], against.astype(np.float32), float(grid.spacing_mm[0]), dear=dear)
+        far = np.zeros_like(both)
+        far[box] = both[box] & ~kept & (owner[box] == mine)
         out[its][far] = np.maximum(out[its][far], out[mine][far])
         out[mine][far] = 0.0
     return out
@@ -78,136 +95,68 @@ def split(
 ) -> dict[str, npt.NDArray[np.bool_]]:
     """Return the parts (K, J, I) of a group by structure.
 
-    distances (S, K, J, I): of the fitted atlas's STRUCTURES. The body is what a large ball reaches. Smaller and smaller
-    balls then reach more: what sticks out further than it is wide, most of it outside the atlas's body, is a vessel,
-    and the rest joins the body. Vessels are named after the nearest of the atlas, caval veins by going up or down.
+    distances (S, K, J, I): of the fitted atlas's STRUCTURES. An atrium is parted from its veins by cuts of least area,
+    drawn to where the fitted atlas has the mouths and to where it gets narrow. Veins and appendage are told apart in
+    the same way; caval veins by going up or down.
     """
     members = GROUPS[key]
     parts = {member: np.zeros(group.shape, bool) for member in members}
     if len(members) == 1 or not group.any():
         parts[key] = group
         return parts
-    scales = _SCALES_MM[key]
-    margin = round(scales[0] / grid.spacing_mm[0]) + 2
+    margin = 3
     box = box_of(group)
     mask = np.pad(group[box], margin)
-    if key == "right_atrium":
-        # Contrast that has not mixed yet leaves dark streaks there: what is thick is judged without them.
-        mask |= _closed(mask, _STREAK_MM, grid.spacing_mm[0])
-    indices = [STRUCTURES.index(member) for member in members]
-    far = np.stack([np.pad(distances[index][box], margin, mode="edge") for index in indices])
-    owner = np.zeros(mask.shape, np.uint8)
-    whole = tuple(slice(0, size) for size in mask.shape)
-    thickest = float(ndimage.distance_transform_edt(mask, sampling=grid.spacing_mm[::-1]).max())
-    scales = [min(scales[0], 0.8 * thickest), *(radius for radius in scales[1:] if radius < 0.75 * thickest)]
-    body = _largest(_opened(mask, scales[0], grid.spacing_mm[0]))
-    joined_at = np.full(mask.shape, scales[0], np.float32)
-    for radius in (*scales[1:], 0.0) if body.any() else ():
-        free = mask & (owner == 0)
-        believed = key != "left_atrium" or radius >= _WIDE_MM[key]
-        reached = body | (_opened(free, radius, grid.spacing_mm[0]) if radius else free)
-        for branch in _branches(body, reached, far[0], radius or scales[-1], grid, believed):
-            branch |= _cap(branch, body & (joined_at < _CAP * radius) & (far[0] > _CAP_DEPTH_MM), radius, grid)
-            owner[branch] = _member(branch, whole, far, body, key)
-        joined_at[reached & ~body] = radius
-        body = reached & (owner == 0)
-    if body.any():
-        stubs = body & ~_opened(mask, _WIDE_MM[key], grid.spacing_mm[0]) & (far[0] > _BEYOND_MM)
-        _name_stubs(stubs, owner, far, body, key, grid)
+    near = [np.pad(distances[STRUCTURES.index(member)][box], margin, mode="edge") for member in members]
+    spacing = float(grid.spacing_mm[0])
+    body = _body(mask, key, near[0], spacing)
+    vessels = _large(mask & ~body, _LEAST_ML[key] / grid.voxel_ml)
+    if key == "left_atrium":
+        drawn = _APPENDAGE * np.clip(near[2] - near[1], -_REACH_MM, _REACH_MM)
+        second = _largest(least_cut(vessels, drawn, spacing)) if vessels.any() else vessels
+    else:
+        second = _below(vessels, body)
     inner = tuple(slice(margin, -margin) for _ in range(3))
-    for number, member in enumerate(members):
-        parts[member][box] = (owner == number)[inner] & group[box]
+    for member, part in zip(members, (mask & ~vessels, vessels & ~second, second), strict=True):
+        parts[member][box] = part[inner]
     return parts
 
 
-def _cap(
-    branch: npt.NDArray[np.bool_], narrow: npt.NDArray[np.bool_], radius_mm: float, grid: Grid
+def _body(
+    mask: npt.NDArray[np.bool_], key: str, outside: npt.NDArray[np.float32], spacing_mm: float
 ) -> npt.NDArray[np.bool_]:
-    """Return what of the body's narrow parts belongs to a vessel's mouth: a ball hardly wider bulges into it."""
-    box = box_of(branch, round(radius_mm / grid.spacing_mm[0]) + 2)
-    near = ndimage.distance_transform_edt(~branch[box], sampling=grid.spacing_mm[::-1]) <= radius_mm
-    pieces, _ = ndimage.label(branch[box] | (narrow[box] & near))
-    cap = np.zeros_like(branch)
-    cap[box] = np.isin(pieces, np.unique(pieces[branch[box]])) & narrow[box]
-    return cap
+    """Return the atrium without its veins. outside: distance mm to the atlas's, negative within it."""
+    # Contrast that has not mixed yet leaves dark streaks in the right atrium: what is thick is judged without them.
+    whole = mask | closed(mask, _STREAK_MM, spacing_mm) if key == "right_atrium" else mask
+    middle = _THICK_MM[key]
+    thickness = np.full(mask.shape, middle - _BY_THICKNESS, np.float32)
+    depth = distance_within(whole, spacing_mm)
+    for radius in np.arange(middle - _BY_THICKNESS + _FEELERS_MM, middle + _BY_THICKNESS + 0.5, _FEELERS_MM):
+        centres = depth >= radius
+        if centres.any():
+            thickness[distance_to(centres, spacing_mm) < radius] = radius
+    by_atlas, by_thickness = _BY_ATLAS[key]
+    against = by_atlas * np.clip(outside + _INSET_MM[key], -_REACH_MM, _REACH_MM) + by_thickness * (middle - thickness)
+    return _largest(least_cut(mask, against.astype(np.float32), spacing_mm))
 
 
-def _name_stubs(
-    stubs: npt.NDArray[np.bool_],
-    owner: npt.NDArray[np.uint8],
-    far: npt.NDArray[np.float32],
-    body: npt.NDArray[np.bool_],
-    key: str,
-    grid: Grid,
-) -> None:
-    """Put into `owner`, in place, the veins' wide ends: what is narrow and well beyond the atlas's body."""
-    pieces, _ = ndimage.label(stubs)
-    for number, box in enumerate(ndimage.find_objects(pieces), start=1):
-        voxels = pieces[box] == number
-        if voxels.sum() * grid.voxel_ml > _LEAST_ML:
-            owner[box][voxels] = _member(voxels, box, far, body, key)
+def _below(vessels: npt.NDArray[np.bool_], body: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+    """Return which of the caval veins' pieces lie lower than the body's middle."""
+    pieces, count = ndimage.label(vessels)
+    if not count or not body.any():
+        return np.zeros_like(vessels)
+    middle = np.nonzero(body)[0].mean()
+    heights = np.arange(body.shape[0], dtype=np.float32)[:, None, None]
+    means = ndimage.mean(np.broadcast_to(heights, body.shape), pieces, np.arange(1, count + 1))
+    return np.isin(pieces, 1 + np.flatnonzero(means < middle))
 
 
-def _member(
-    voxels: npt.NDArray[np.bool_],
-    box: tuple[slice, ...],
-    far: npt.NDArray[np.float32],
-    body: npt.NDArray[np.bool_],
-    key: str,
-) -> int:
-    """Return the number among the group's members of a vessel, whose voxels are given within a box."""
-    if key == "right_atrium":
-        height = np.argwhere(voxels)[:, 0].mean() + box[0].start
-        return 1 if height > np.argwhere(body)[:, 0].mean() else 2
-    return 1 + int(np.argmin([each[box][voxels].mean() for each in far[1:]]))
-
-
-def _branches(
-    body: npt.NDArray[np.bool_],
-    reached: npt.NDArray[np.bool_],
-    outside: npt.NDArray[np.float32],
-    radius_mm: float,
-    grid: Grid,
-    believed: bool,
-) -> list[npt.NDArray[np.bool_]]:
-    """Return what of `reached` leads away from the body as vessels, each to where it leaves the body.
-
-    outside: distance mm to the atlas's body, negative within it; believed: whether what lies within is no vessel.
-    """
-    sampling = grid.spacing_mm[::-1]
-    away = ndimage.distance_transform_edt(~body, sampling=sampling)
-    pieces, count = ndimage.label(reached & (away > _SHELL_MM))
-    found = []
-    reach = ndimage.maximum(away, pieces, np.arange(1, count + 1)) if count else []
-    for number, box in enumerate(ndimage.find_objects(pieces), start=1):
-        voxels = pieces[box] == number
-        beyond = outside[box][voxels]
-        needed = (_LONG if beyond.mean() < _BEYOND_MM else _LONG_BEYOND) * radius_mm + 2.0
-        small = voxels.sum() * grid.voxel_ml < _LEAST_ML
-        if small or reach[number - 1] < needed or (believed and (beyond < 0.0).mean() > 0.5):
-            continue
-        wide = tuple(slice(max(each.start - 3, 0), each.stop + 3) for each in box)
-        own = pieces[wide] == number
-        # The thin shell about the body that was left out above goes with the vessel that leaves from it.
-        near = ndimage.distance_transform_edt(~own, sampling=sampling) <= _SHELL_MM + grid.spacing_mm[0]
-        branch = np.zeros_like(body)
-        branch[wide] = own | (near & reached[wide] & ~body[wide])
-        found.append(branch)
-    return found
-
-
-def _opened(mask: npt.NDArray[np.bool_], radius_mm: float, spacing_mm: float) -> npt.NDArray[np.bool_]:
-    """Return what a ball of this radius reaches within the mask."""
-    centres = ndimage.distance_transform_edt(mask, sampling=spacing_mm) >= radius_mm
-    if not centres.any():
-        return np.zeros_like(mask)
-    return np.asarray(mask & (ndimage.distance_transform_edt(~centres, sampling=spacing_mm) < radius_mm))
-
-
-def _closed(mask: npt.NDArray[np.bool_], radius_mm: float, spacing_mm: float) -> npt.NDArray[np.bool_]:
-    """Return the mask with what is narrower than twice the radius filled."""
-    near = ndimage.distance_transform_edt(~mask, sampling=spacing_mm) <= radius_mm
-    return np.asarray(ndimage.distance_transform_edt(near, sampling=spacing_mm) > radius_mm)
+def _large(mask: npt.NDArray[np.bool_], voxels: float) -> npt.NDArray[np.bool_]:
+    """Return the mask's pieces of at least so many voxels."""
+    pieces, _ = ndimage.label(mask)
+    sizes = np.bincount(pieces.ravel())
+    sizes[0] = 0
+    return np.asarray(sizes[pieces] >= voxels) & mask
 
 
 def _largest(mask: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:

@@ -10,7 +10,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from cathxr.core import FloatArray
-from cathxr.heart.surface import IndexArray, Surface
+from cathxr.heart.surface import IndexArray, Surface, edge_keys
 from cathxr.heart.surfaces.fields import LevelSet
 from cathxr.heart.volume import Grid
 
@@ -82,7 +82,8 @@ def divided(surface: Surface, value: CapValue) -> Divided:
 
 def _edges(triangles: IndexArray) -> IndexArray:
     directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    return np.asarray(np.unique(np.sort(directed, axis=1), axis=0))
+    first = np.unique(edge_keys(directed), return_index=True)[1]
+    return np.asarray(np.sort(directed[first], axis=1))
 
 
 def _crossings(vertices: FloatArray, edges: IndexArray, at_vertex: FloatArray, value: CapValue) -> FloatArray:
@@ -175,10 +176,10 @@ def _patches(triangles: IndexArray, kind: npt.NDArray[np.bool_]) -> IndexArray:
     """Return the number of the connected patch of one kind that each triangle belongs to."""
     directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
-    low, high = np.sort(directed, axis=1).T
-    order = np.lexsort((high, low))
-    low, high, owner = low[order], high[order], owner[order]
-    same = (low[1:] == low[:-1]) & (high[1:] == high[:-1]) & (kind[owner[1:]] == kind[owner[:-1]])
+    edge = edge_keys(directed)
+    order = np.argsort(edge, kind="stable")
+    edge, owner = edge[order], owner[order]
+    same = (edge[1:] == edge[:-1]) & (kind[owner[1:]] == kind[owner[:-1]])
     one, two = owner[:-1][same], owner[1:][same]
     count = len(triangles)
     graph = coo_matrix((np.ones(len(one), np.int8), (one, two)), shape=(count, count))

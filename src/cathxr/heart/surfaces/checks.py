@@ -9,7 +9,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from cathxr.core import FloatArray
-from cathxr.heart.surface import IndexArray, Surface
+from cathxr.heart.surface import IndexArray, Surface, edge_keys
 
 _FOLDED = -0.9999
 
@@ -45,7 +45,7 @@ def topology(surface: Surface) -> Topology:
     """Return the checks of a surface."""
     triangles = surface.triangles
     directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    edges, inverse, counts = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True)
+    edges, inverse, counts = np.unique(edge_keys(directed), return_inverse=True, return_counts=True)
     sense = np.bincount(inverse.reshape(-1), np.where(directed[:, 0] < directed[:, 1], 1, -1), len(edges))
     volumes = piece_volumes(surface)[1]
     return Topology(
@@ -111,6 +111,17 @@ def _pierces(
 
 
 @njit(cache=True, nogil=True)
+def _normal(
+    vertices: FloatArray, triangle: npt.NDArray[np.int64]
+) -> tuple[float, float, float]:  # pragma: no cover - compiled
+    """Return a triangle's normal, as long as twice its area."""
+    a, b, c = triangle[0], triangle[1], triangle[2]
+    ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
+    vx, vy, vz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
+    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+
+
+@njit(cache=True, nogil=True)
 def _pair_meets(
     vertices: FloatArray, one: npt.NDArray[np.int64], two: npt.NDArray[np.int64]
 ) -> bool:  # pragma: no cover - compiled
@@ -124,10 +135,10 @@ def _pair_meets(
         return True
     if shared == 2:
         # Neighbours: they only meet when the one lies folded upon the other.
-        n1 = np.cross(vertices[one[1]] - vertices[one[0]], vertices[one[2]] - vertices[one[0]])
-        n2 = np.cross(vertices[two[1]] - vertices[two[0]], vertices[two[2]] - vertices[two[0]])
-        size = np.sqrt((n1 * n1).sum() * (n2 * n2).sum())
-        return bool(size > 0.0 and (n1 * n2).sum() < _FOLDED * size)
+        ax, ay, az = _normal(vertices, one)
+        bx, by, bz = _normal(vertices, two)
+        size = np.sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz))
+        return bool(size > 0.0 and ax * bx + ay * by + az * bz < _FOLDED * size)
     for side in range(2):
         this, that = (one, two) if side == 0 else (two, one)
         for at in range(3):

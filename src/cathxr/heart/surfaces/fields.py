@@ -7,6 +7,7 @@ are chosen so that every structure keeps its volume: the volume-keeping form of 
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import cv2
 import numpy as np
@@ -16,6 +17,7 @@ from scipy import ndimage
 
 from cathxr.core import FloatArray
 from cathxr.heart.anatomy import CATALOGUE
+from cathxr.heart.jobs import Together, one_after_another
 from cathxr.heart.volume import Grid, LabelVolume
 
 Field = npt.NDArray[np.float32]
@@ -25,6 +27,8 @@ _SMOOTHING_LIMITS_MM = (0.5, 1.2)
 _REACH = 3.0
 _CERTAIN = 0.995
 """A voxel whose largest blurred mask is above this belongs to it whatever the biases are."""
+_BALANCED_VOXELS, _MOST_STEP, _BAND_VOXELS = 10_000_000, 4, 1_000_000
+"""So many voxels, and of them so many uncertain ones, are enough to find the biases; `at_volume` sees to the rest."""
 _BIAS_ROUNDS = 12
 _BIAS_LIMIT = 0.45
 _JOINED_SIGMA, _JOINED_GAIN = 1.5, np.float32(4.0)
@@ -71,7 +75,7 @@ class Fields:
     keys: the structures that are there. Raises ValueError where there is none.
     """
 
-    def __init__(self, labels: LabelVolume, keys: tuple[str, ...]) -> None:
+    def __init__(self, labels: LabelVolume, keys: tuple[str, ...], *, together: Together = one_after_another) -> None:
         self.grid = labels.grid
         self.keys = keys
         self.voxel_mm = float(labels.grid.spacing_mm.prod() ** (1 / 3))
@@ -81,23 +85,25 @@ class Fields:
         for number, key in enumerate(keys):
             lookup[values[key]] = number + 1
         margin = np.ceil(self.sigma_voxels * _REACH).astype(int) + 2
-        whole = _bounding_box(labels.labels != 0, margin)
+        whole = _bounding_box(labels.labels, margin)
         self.whole = whole
         self.numbers = numbers = lookup[labels.labels[whole.slices]]
         inner = ndimage.find_objects(numbers, max_label=len(keys))
         self.boxes: list[Box] = []
-        self.masks: list[Field] = []
-        self.voxels = np.bincount(numbers.ravel(), minlength=len(keys) + 1)[1:].astype(float)
+        self.voxels = np.array([labels.voxels(key) for key in keys], float)
+        self.touching = {(one - 1, other - 1): cells for (one, other), cells in touching(numbers).items()}
         self.outside = np.ones(whole.shape, np.float32)
-        for number, found in enumerate(inner):
+        for found in inner:
             assert found is not None
-            box = _grown(found, whole, margin, labels.grid.shape)
-            mask = (numbers[box.within(whole)] == number + 1).astype(np.float32)
-            blurred = _blurred(mask, self.sigma_voxels)
-            self.outside[box.within(whole)] -= blurred
-            self.boxes.append(box)
-            self.masks.append(blurred)
+            self.boxes.append(_grown(found, whole, margin, labels.grid.shape))
+        self.masks: list[Field] = together([partial(self._blurred_mask, number) for number in range(len(keys))])
+        for box, mask in zip(self.boxes, self.masks, strict=True):
+            self.outside[box.within(whole)] -= mask
         self.biases = self._balanced()
+
+    def _blurred_mask(self, number: int) -> Field:
+        mask = self.numbers[self.boxes[number].within(self.whole)] == number + 1
+        return _blurred(mask.astype(np.float32), self.sigma_voxels)
 
     def level_set(self, key: str) -> LevelSet:
         """Return one structure's level set."""
@@ -117,51 +123,73 @@ class Fields:
             if not (CATALOGUE[key].blood and CATALOGUE[self.keys[other]].blood):
                 np.maximum(walls[here], theirs, out=walls[here])
                 continue
-            joined = self._joined(number, other, overlap)
-            supported[here] += joined * theirs
             np.maximum(blood[here], theirs, out=blood[here])
-            np.maximum(beyond[here], theirs + joined * own[here], out=beyond[here])
+            np.maximum(beyond[here], theirs, out=beyond[here])
+            found = self._joined(number, other, overlap)
+            if found is not None:
+                near, joined = found
+                theirs = other_mask[near.within(other_box)] + np.float32(self.biases[other])
+                supported[near.within(box)] += joined * theirs
+                at = near.within(box)
+                np.maximum(beyond[at], theirs + joined * own[at], out=beyond[at])
         inside = np.minimum(supported - walls, own - blood)
         # Blurred once more, so that a rim does not follow single voxels.
         cap = _blurred(beyond - walls, self.sigma_voxels)
         return LevelSet(key, box, inside, cap, float(self.voxels[number]) * self.grid.voxel_ml)
 
-    def _joined(self, one: int, other: int, box: Box) -> Field:
-        """Return over `box` how near (0 to 1) the face is in which the voxels of two structures touch.
+    def _joined(self, one: int, other: int, within: Box) -> tuple[Box, Field] | None:
+        """Return how near (0 to 1) the face is in which the voxels of two structures touch, and over which box.
 
         There the two are one pool of blood to the wall beside them. Else each would draw back from the rim that they
-        share with it, and leave a groove around every valve.
+        share with it, and leave a groove around every valve. None where they touch nowhere.
         """
-        here = self.numbers[box.within(self.whole)]
-        first, second = here == one + 1, here == other + 1
-        touching = (first & ndimage.binary_dilation(second)) | (second & ndimage.binary_dilation(first))
-        if not touching.any():
-            return np.zeros(box.shape, np.float32)
-        near = _blurred(touching.astype(np.float32), _JOINED_SIGMA * self.sigma_voxels)
-        return np.asarray(np.minimum(_JOINED_GAIN * near, np.float32(1.0)))
+        cells = self.touching.get((min(one, other), max(one, other)))
+        if cells is None:
+            return None
+        sigma = _JOINED_SIGMA * self.sigma_voxels
+        cells = cells + np.array(self.whole.first)
+        reach = np.ceil(_REACH * sigma).astype(int) + 1
+        found = _box(list(cells.min(axis=0)), list(cells.max(axis=0) + 1), reach, self.grid.shape)
+        box = _overlap(found, within)
+        if box is None:
+            return None
+        face = np.zeros(box.shape, np.float32)
+        face[tuple((cells - np.array(box.first)).T)] = 1.0
+        return box, np.asarray(np.minimum(_JOINED_GAIN * _blurred(face, sigma), np.float32(1.0)))
 
     def _balanced(self) -> FloatArray:
         """Return the bias of each structure with which it keeps its volume."""
-        largest = self.outside.copy()
+        # Of very many slices some tell the volumes as well as all do, and so do voxels evenly chosen of them.
+        step = int(np.clip(self.numbers.size // _BALANCED_VOXELS, 1, _MOST_STEP))
+        outside = self.outside[::step]
+        largest = outside.copy()
+        seen: list[tuple[int, npt.NDArray[np.float32]]] = []
         for box, mask in zip(self.boxes, self.masks, strict=True):
-            here = largest[box.within(self.whole)]
-            np.maximum(here, mask, out=here)
+            start = box.first[0] - self.whole.first[0]
+            some = mask[-start % step :: step]
+            first = -(-start // step)
+            seen.append((first, some))
+            here = largest[(slice(first, first + len(some)), *box.within(self.whole)[1:])]
+            np.maximum(here, some, out=here)
         band = np.flatnonzero(largest < _CERTAIN)
         del largest
+        scale = max(len(band) / _BAND_VOXELS, 1.0)
+        band = band[np.linspace(0, len(band) - 1, int(len(band) / scale)).astype(np.int64)]
         table = np.zeros((len(band), len(self.keys) + 1), np.float32)
-        table[:, 0] = self.outside.ravel()[band]
-        at = np.stack(np.unravel_index(band, self.whole.shape))
+        table[:, 0] = outside.reshape(-1)[band]
+        at = np.stack(np.unravel_index(band, outside.shape))
         certain = np.zeros(len(self.keys))
-        for number, (box, mask) in enumerate(zip(self.boxes, self.masks, strict=True)):
-            local = at - (np.array(box.first) - self.whole.first)[:, None]
-            held = np.all((local >= 0) & (local < np.array(box.shape)[:, None]), axis=0)
-            table[held, number + 1] = mask[tuple(local[:, held])]
-            certain[number] = np.count_nonzero(mask >= _CERTAIN)
+        wanted = np.bincount(self.numbers[::step].ravel(), minlength=len(self.keys) + 1)[1:]
+        for number, (box, (first, some)) in enumerate(zip(self.boxes, seen, strict=True)):
+            local = at - np.array([first, *(np.array(box.first) - self.whole.first)[1:]])[:, None]
+            held = np.all((local >= 0) & (local < np.array(some.shape)[:, None]), axis=0)
+            table[held, number + 1] = some[tuple(local[:, held])]
+            certain[number] = np.count_nonzero(some >= _CERTAIN)
         slope = float(self.sigma_voxels.prod() ** (1 / 3)) * _GRADIENT
         biases = np.zeros(len(self.keys))
         for _ in range(_BIAS_ROUNDS):
             volumes, gains = _volumes(table, biases, slope)
-            change = (self.voxels - certain - volumes) / np.maximum(gains, 1.0)
+            change = (wanted - certain - scale * volumes) / np.maximum(scale * gains, 1.0)
             biases = np.clip(biases + 0.8 * np.clip(change, -0.1, 0.1), -_BIAS_LIMIT, _BIAS_LIMIT)
         return np.asarray(biases)
 
@@ -218,12 +246,38 @@ def _blurred(mask: Field, sigma_voxels: FloatArray) -> Field:
     return out
 
 
-def _bounding_box(mask: npt.NDArray[np.bool_], margin: npt.NDArray[np.int64]) -> Box:
-    """Return the box of what is true, with a margin as far as the volume reaches."""
-    ranges = [np.flatnonzero(mask.any(axis=tuple(a for a in range(3) if a != axis))) for axis in range(3)]
+def touching(labels: npt.NDArray[np.uint8]) -> dict[tuple[int, int], npt.NDArray[np.int64]]:
+    """Return the voxels (N, 3) k, j, i on both sides of the faces in which two labels touch, by the two, smaller first.
+
+    What is labelled 0 touches nothing.
+    """
+    pairs, cells = [], []
+    for axis in range(3):
+        low: list[slice] = [slice(None)] * 3
+        high: list[slice] = [slice(None)] * 3
+        low[axis], high[axis] = slice(None, -1), slice(1, None)
+        one, other = labels[tuple(low)], labels[tuple(high)]
+        apart = one != other
+        apart &= one != 0
+        apart &= other != 0
+        at = np.stack(np.unravel_index(np.flatnonzero(apart), apart.shape), axis=1)
+        both = np.sort(np.stack([one[apart], other[apart]], axis=1).astype(np.int64), axis=1)
+        beside = at.copy()
+        beside[:, axis] += 1
+        pairs += [both, both]
+        cells += [at, beside]
+    code = np.concatenate(pairs) @ np.array([256, 1])
+    places = np.concatenate(cells)
+    return {(int(each) // 256, int(each) % 256): places[code == each] for each in np.unique(code)}
+
+
+def _bounding_box(labels: npt.NDArray[np.uint8], margin: npt.NDArray[np.int64]) -> Box:
+    """Return the box of what is labelled, with a margin as far as the volume reaches."""
+    rows, slices = labels.max(axis=2), labels.max(axis=1)
+    ranges = [np.flatnonzero(each) for each in (rows.max(axis=1), rows.max(axis=0), slices.max(axis=0))]
     if not all(each.size for each in ranges):
         raise ValueError("labels: expected at least one voxel with a label")
-    return _box([each[0] for each in ranges], [each[-1] + 1 for each in ranges], margin, mask.shape)
+    return _box([each[0] for each in ranges], [each[-1] + 1 for each in ranges], margin, labels.shape)
 
 
 def _grown(found: tuple[slice, ...], whole: Box, margin: npt.NDArray[np.int64], shape: tuple[int, int, int]) -> Box:

@@ -2,16 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 
 from cathxr.core import DataError, FloatArray
 from cathxr.heart.anatomy import CATALOGUE
+from cathxr.heart.jobs import Together, one_after_another
 from cathxr.heart.model import Opening
 from cathxr.heart.simplify import simplified
-from cathxr.heart.surface import Surface
-from cathxr.heart.surfaces.caps import cap_value, divided
+from cathxr.heart.surface import Surface, edge_keys
+from cathxr.heart.surfaces.caps import CapValue, cap_value, divided
 from cathxr.heart.surfaces.checks import Topology, piece_volumes, topology
 from cathxr.heart.surfaces.contour import contoured
 from cathxr.heart.surfaces.distance import distances_mm, sampled
@@ -64,9 +66,14 @@ class PartSurface:
 
 @dataclass(frozen=True, eq=False)
 class _Full:
+    """A structure's surface before decimation. labels_ml: of its voxels; bend: see `_bending`; contact: its caps."""
+
     key: str
     surface: Surface
+    labels_ml: float
     dropped_ml: float
+    bend: float
+    contact: CapValue
 
 
 def surfaces_of(
@@ -74,12 +81,13 @@ def surfaces_of(
     *,
     openings: Sequence[Opening] = (),
     budget: int = 150_000,
+    together: Together = one_after_another,
     progress: Progress = silent,
 ) -> list[PartSurface]:
     """Return the surface of every structure that has at least `FEWEST_VOXELS` voxels, in the catalogue's order.
 
     openings: those of the heart; where nothing else tells it, they say which end of a structure is a cap.
-    budget: how many triangles all have together, about.
+    budget: how many triangles all have together, about. together: how the structures are worked on.
 
     Raises:
         DataError: there is no such structure, or the budget is too small for so many.
@@ -91,26 +99,31 @@ def surfaces_of(
             f"give at least {2 * _FEWEST_TRIANGLES * len(keys)}."
         )
     progress("Smoothing the structures' borders", 0.0)
-    fields = Fields(labels, keys)
-    full: list[_Full] = []
-    for number, key in enumerate(keys):
-        progress(f"Making the surface: {CATALOGUE[key].name}", 0.2 + 0.3 * number / len(keys))
-        full.append(_full(key, fields))
-    targets = _targets([each.surface for each in full], budget)
-    parts: list[PartSurface] = []
-    for number, (each, target) in enumerate(zip(full, targets, strict=True)):
-        progress(f"Simplifying and checking: {CATALOGUE[each.key].name}", 0.5 + 0.5 * number / len(keys))
-        parts.append(_finished(each, target, fields, openings))
-    progress("Surfaces are ready", 1.0)
-    return parts
+    fields = Fields(labels, keys, together=together)
+    progress("Making the surfaces", 0.2)
+    # Those with the most voxels first: what is left at the end is short work for every thread.
+    by_size = sorted(keys, key=lambda key: -labels.voxels(key))
+    made = together([partial(_full, key, fields) for key in by_size])
+    full = sorted(made, key=lambda each: keys.index(each.key))
+    targets = dict(
+        zip(keys, _targets([each.surface for each in full], [each.bend for each in full], budget), strict=True)
+    )
+    voxel_mm = fields.voxel_mm
+    del fields
+    progress("Simplifying the surfaces", 0.5)
+    # Not together: the library keeps the surface that it works on in one place for all threads.
+    light = [simplified(each.surface, targets[each.key]) for each in made]
+    progress("Finishing and checking the surfaces", 0.6)
+    parts = together(
+        [partial(_finished, each, lean, voxel_mm, openings) for each, lean in zip(made, light, strict=True)]
+    )
+    progress("The surfaces are ready", 1.0)
+    return sorted(parts, key=lambda part: keys.index(part.key))
 
 
 def _drawable(labels: LabelVolume) -> tuple[str, ...]:
     """Return the structures that have a shape, in the catalogue's order."""
-    counts = np.bincount(labels.labels.ravel(), minlength=256)
-    voxels: dict[str, int] = {}
-    for value, key in labels.names.items():
-        voxels[key] = voxels.get(key, 0) + int(counts[value])
+    voxels = {key: labels.voxels(key) for key in labels.names.values()}
     if unknown := [key for key in voxels if key not in CATALOGUE]:
         raise DataError(
             f"The labels name a structure {unknown[0]!r} that is not in the catalogue; it has {', '.join(CATALOGUE)}."
@@ -129,16 +142,15 @@ def _full(key: str, fields: Fields) -> _Full:
     level_set = fields.level_set(key)
     found, dropped_ml = without_crumbs(contoured(level_set, fields.grid))
     kept_ml = level_set.volume_ml - dropped_ml
-    smooth = low_passed(found, fields.voxel_mm, cap_value(level_set, fields.grid))
-    return _Full(key, at_volume(smooth, kept_ml, fields.voxel_mm), dropped_ml)
-
-
-def _finished(full: _Full, target: int, fields: Fields, openings: Sequence[Opening]) -> PartSurface:
-    """Return one part: decimated, cut, repaired, at its volume, checked against its full surface."""
-    level_set = fields.level_set(full.key)
-    kept_ml = level_set.volume_ml - full.dropped_ml
-    light = at_volume(untangled(simplified(full.surface, target)), kept_ml, fields.voxel_mm)
     contact = cap_value(level_set, fields.grid)
+    smooth = at_volume(low_passed(found, fields.voxel_mm, contact), kept_ml, fields.voxel_mm)
+    return _Full(key, smooth, level_set.volume_ml, dropped_ml, _bending(smooth), contact)
+
+
+def _finished(full: _Full, lean: Surface, voxel_mm: float, openings: Sequence[Opening]) -> PartSurface:
+    """Return one part of its decimated surface: cut, repaired, at its volume, checked against its full surface."""
+    kept_ml, contact = full.labels_ml - full.dropped_ml, full.contact
+    light = at_volume(untangled(lean), kept_ml, voxel_mm)
     near = [(each, each.structure == full.key) for each in openings if full.key in (each.structure, _beyond(each))]
     cut = divided(light, with_mouths(contact, mouths_of(light, near, contact)))
     repaired = untangled(cut.surface)
@@ -147,7 +159,7 @@ def _finished(full: _Full, target: int, fields: Fields, openings: Sequence[Openi
     back = distances_mm(sampled(final), full.surface)
     checks = SurfaceChecks(
         topology=topology(final),
-        labels_ml=level_set.volume_ml,
+        labels_ml=full.labels_ml,
         surface_ml=float(piece_volumes(final)[1].sum()),
         full_triangles=len(full.surface.triangles),
         distance_p95_mm=float(max(np.percentile(forth, 95), np.percentile(back, 95))),
@@ -164,10 +176,10 @@ def _beyond(opening: Opening) -> str:
     return known.get(opening.key, "pulmonary_veins" if "pulmonary_vein" in opening.key else opening.key)
 
 
-def _targets(surfaces: list[Surface], budget: int) -> list[int]:
+def _targets(surfaces: list[Surface], bends: list[float], budget: int) -> list[int]:
     """Return how many triangles each surface may have: by its area and by how much it bends."""
     area = np.array([np.linalg.norm(each.area_vectors, axis=1).sum() for each in surfaces])
-    bend = np.array([_bending(each) for each in surfaces])
+    bend = np.array(bends)
     weight = area / area.sum() + bend / max(float(bend.sum()), 1e-9)
     had = np.array([len(each.triangles) for each in surfaces], float)
     free = float(budget) * (1.0 - _RIM_SHARE)
@@ -193,8 +205,7 @@ def _bending(surface: Surface) -> float:
     triangles = surface.triangles
     directed = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     owner = np.tile(np.arange(len(triangles)), 3)
-    low, high = np.sort(directed, axis=1).T
-    order = np.lexsort((high, low))
+    order = np.argsort(edge_keys(directed), kind="stable")
     pairs = owner[order][: len(order) // 2 * 2].reshape(-1, 2)
     ends = directed[order][::2][: len(pairs)]
     length = np.linalg.norm(surface.vertices_mm[ends[:, 0]] - surface.vertices_mm[ends[:, 1]], axis=1)

@@ -6,7 +6,6 @@ from functools import partial
 from typing import Protocol
 
 from cathxr.core import Detector, Image, Observation, Rig, Status, Track, Tracker
-from cathxr.tracking import read_and_track
 
 
 class Counts(Protocol):
@@ -40,6 +39,9 @@ def track_pairs(
     detectors: one for "top", one for "front"; they and the tracker are reset first. While tracking, the detectors are
     given the last Track, as live. counts: the encoder on the pictures' clock, None where there is none.
     """
+    # Imported here: the compiled methods take seconds to load, which --help and a wrong path need not wait for.
+    from cathxr.tracking import read_and_track
+
     for detector in detectors.values():
         detector.reset()
     tracker.reset()

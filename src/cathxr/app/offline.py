@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 from cathxr.core import Detector, Image, Observation, Rig, Status, Track, Tracker
@@ -38,21 +39,26 @@ def track_pairs(
     detectors: one for "top", one for "front"; they and the tracker are reset first. While tracking, the detectors are
     given the last Track, as live. counts: the encoder on the pictures' clock, None where there is none.
     """
+    # Imported here: the compiled methods take seconds to load, which --help and a wrong path need not wait for.
+    from cathxr.tracking import read_and_track
+
     for detector in detectors.values():
         detector.reset()
     tracker.reset()
     last: Track | None = None
     for seq, (top, front) in enumerate(pairs):
-        roll_rad = _roll_rad(rig, counts, top.t_ns)
-        # near the prediction first, and where that makes no good Track, in the whole pictures
-        for predicted in (last, None):
-            detections = (detectors["top"].detect(top, predicted), detectors["front"].detect(front, predicted))
-            observation = Observation(seq, top.t_ns, detections, front.t_ns - top.t_ns, roll_rad)
-            track = tracker.update(observation)
-            if track.status is Status.TRACKED or not observation.predicted:
-                break
+        look = partial(_seen, seq, top, front, detectors, _roll_rad(rig, counts, top.t_ns))
+        observation, track = read_and_track(look, tracker, last)
         last = None if track.status is Status.LOST else track
         yield TrackedPair(top, front, observation, track)
+
+
+def _seen(
+    seq: int, top: Image, front: Image, detectors: Mapping[str, Detector], roll_rad: float | None, last: Track | None
+) -> Observation:
+    """Return what a pair shows, read near what `last` predicts, or whole without it."""
+    detections = (detectors["top"].detect(top, last), detectors["front"].detect(front, last))
+    return Observation(seq, top.t_ns, detections, front.t_ns - top.t_ns, roll_rad)
 
 
 def _roll_rad(rig: Rig, counts: Counts | None, t_ns: int) -> float | None:

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from cathxr.app.errors import told_in_a_sentence
+from cathxr.app.interruption import heeded_ctrl_c
 from cathxr.app.offline import TrackedPair, track_pairs
 from cathxr.app.offline_inputs import TrackInputs, TrackOptions, open_inputs
 from cathxr.app.offline_pairs import read_pairs
@@ -120,7 +121,7 @@ def run(options: TrackOptions, inputs: TrackInputs) -> Summary:
     tracker = make_tracker(options.method, inputs.rig, points=options.points)
     summary = Summary()
     rate_hz = inputs.rig.cameras["top"].rate_hz
-    with ExitStack() as outputs:
+    with heeded_ctrl_c() as check, ExitStack() as outputs:
         table = TrackCsvWriter(options.out, points=options.points)
         outputs.callback(table.discard)  # before it is opened: Ctrl-C may come while it is
         outputs.enter_context(table)
@@ -135,6 +136,7 @@ def run(options: TrackOptions, inputs: TrackInputs) -> Summary:
         begun_s = time.perf_counter()
         with _progress(inputs) as shown:
             for each in shown(tracked):
+                check()
                 table.write(each.track)
                 if overlay is not None:
                     overlay.write(each.top.pixels, each.front.pixels, each.track)

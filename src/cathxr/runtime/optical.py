@@ -37,6 +37,7 @@ from cathxr.runtime.pairing import Pair, Pairer
 from cathxr.runtime.queues import Deadline, Queue
 from cathxr.runtime.roll import LiveRoll, RollAt
 from cathxr.runtime.supervisor import DeviceThread, Meter, RetryPolicy
+from cathxr.tracking import read_and_track
 
 _log = logging.getLogger(__name__)
 
@@ -224,13 +225,8 @@ class OpticalSource:
         observation = None
         try:
             self._apply_reset(seq)
-            # near the prediction first, and where that makes no good Track, in the whole pictures
-            for predicted in (self._predicted, None):
-                detections = self._detect(images, pair.t_ns, predicted)
-                observation = self._observation(seq, pair, detections, roll)
-                track = self._tracker.update(observation)
-                if track.status is Status.TRACKED or not observation.predicted:
-                    break
+            look = partial(self._seen, seq, pair, images, roll)
+            observation, track = read_and_track(look, self._tracker, self._predicted)
             self._error = None
         except Exception as error:  # stored, shown, and begun anew: one bad picture must not end the tracking
             observation, track = None, self._failed(seq, pair.t_ns, error)
@@ -250,12 +246,14 @@ class OpticalSource:
         self.request_reset()
         return Track(seq, t_ns, Status.LOST, reason=f"internal error: {text}")
 
-    @staticmethod
-    def _observation(seq: int, pair: Pair[Image], detections: tuple[Detection, ...], roll: RollAt) -> Observation:
+    def _seen(
+        self, seq: int, pair: Pair[Image], images: Mapping[str, Image], roll: RollAt, predicted: Track | None
+    ) -> Observation:
+        """Return what a pair shows, read near what `predicted` predicts, or whole without it."""
         return Observation(
             seq,
             pair.t_ns,
-            detections,
+            self._detect(images, pair.t_ns, predicted),
             pair.skew_ns or 0,
             roll_rad=roll.roll_rad,
             roll_predicted=roll.predicted,

@@ -3,6 +3,7 @@
 from cathxr.core import ConfigError, Rig, Tracker
 from cathxr.tracking.model import ModelTracker
 from cathxr.tracking.paper import PaperTracker
+from cathxr.tracking.reading import read_and_track
 
 
 def make_tracker(method: str, rig: Rig, *, points: int = 50) -> Tracker:
@@ -18,4 +19,4 @@ def make_tracker(method: str, rig: Rig, *, points: int = 50) -> Tracker:
     raise ConfigError(f"There is no method '{method}'; choose one of model, paper.")
 
 
-__all__ = ["make_tracker"]
+__all__ = ["make_tracker", "read_and_track"]

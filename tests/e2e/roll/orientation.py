@@ -7,7 +7,7 @@ import numpy as np
 from cathxr.core import FloatArray, Image, Observation, Rig, Status, Track
 from cathxr.geometry.roll import total_bend_rad
 from cathxr.storage.rig_file import example_rig
-from cathxr.tracking import make_tracker
+from cathxr.tracking import make_tracker, read_and_track
 from cathxr.twin.render import CameraRenderer
 from cathxr.twin.settings import TwinSettings
 from cathxr.twin.world import TwinWorld
@@ -66,14 +66,14 @@ def _tracks(rig: Rig, world: TwinWorld, pictures: int) -> list[tuple[Track, Trac
     found = []
     for seq in range(pictures):
         t_ns = seq * _PERIOD_NS
-        truth = world.truth(t_ns, points=200)
+        truth = world.truth(t_ns, seq=seq, points=200)
         images = {name: Image(name, seq, t_ns, renderers[name].picture(t_ns)) for name in CAMERAS}
-        for predicted in (last, None):  # as live: near the prediction, and where that is no good, the whole pictures
+
+        def look(predicted: Track | None, images: dict[str, Image] = images, truth: Track = truth) -> Observation:
             detections = tuple(detectors[name].detect(images[name], predicted) for name in CAMERAS)
-            observation = Observation(seq, t_ns, detections, 0, truth.roll_rad)
-            track = tracker.update(observation)
-            if track.status is Status.TRACKED or not observation.predicted:
-                break
+            return Observation(truth.seq, truth.t_ns, detections, 0, truth.roll_rad)
+
+        _, track = read_and_track(look, tracker, last)
         last = None if track.status is Status.LOST else track
         found.append((track, truth))
     return found

@@ -78,16 +78,16 @@ def test_box_undoes_ct(point: np.ndarray) -> None:
     assert np.allclose(homogeneous[:3], registration.ct(point), atol=1e-9)
 
 
-@given(inlet=POINT, offset=POINT)
-def test_placement_puts_the_inlet_at_the_origin_and_the_aim_on_x(inlet: np.ndarray, offset: np.ndarray) -> None:
+@given(inlet=POINT, offset=POINT, before=st.floats(0.0, 80.0))
+def test_placement_puts_the_way_in_and_the_aim_on_x(inlet: np.ndarray, offset: np.ndarray, before: float) -> None:
     try:
-        registration = default_placement(inlet, inlet + offset, method="test")
+        registration = default_placement(inlet, inlet + offset, method="test", before_mm=before)
     except RegistrationError:
         sideways = np.hypot(offset[0], offset[2])
         assert np.linalg.norm(offset) < 1.0 + 1e-9 or sideways < 0.1 * np.linalg.norm(offset) + 1e-9
         return
-    assert np.allclose(registration.box(inlet), 0.0, atol=1e-9)
-    assert np.allclose(registration.box(inlet + offset), [float(np.linalg.norm(offset)), 0.0, 0.0], atol=1e-9)
+    assert np.allclose(registration.box(inlet), [before, 0.0, 0.0], atol=1e-9)
+    assert np.allclose(registration.box(inlet + offset), [before + np.linalg.norm(offset), 0.0, 0.0], atol=1e-9)
     assert np.linalg.det(registration.ct_from_box.rotation) == pytest.approx(1.0)
     up = registration.ct_from_box.rotation[:, 2]
     side = registration.ct_from_box.rotation[:, 1]
@@ -127,8 +127,8 @@ def test_impossible_registrations_are_refused(fields: dict[str, object], sentenc
         ("scale = 1.0", "scale = 1.0\nfre = 2.0", "fre is not a key"),
         ("scale = 1.0", 'scale = "1.0"', "scale is wrong"),
         ("scale = 1.0", "scale = 1.0\nfre_mm = 0.5", "measures nothing"),
-        ("    14.59,\n", "", "ct_from_box.translation_mm is wrong"),
-        ("    14.59,\n", "    nan,\n", "ct_from_box.translation_mm"),
+        ("    12.71514964423707,\n", "", "ct_from_box.translation_mm is wrong"),
+        ("    12.71514964423707,\n", "    nan,\n", "ct_from_box.translation_mm"),
         ("    0.5166828303577236,\n", "    9.0,\n", "quaternion of length 1"),
         ("cathxr-registration/1", "cathxr-registration/2", "schema is wrong"),
         ("[ct_from_box]", "[ct_from_box", "not valid TOML"),

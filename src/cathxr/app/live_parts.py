@@ -15,7 +15,7 @@ from cathxr.app.plugins import make_camera, make_encoder
 from cathxr.app.twin_encoder import fault_command, twin_encoder
 from cathxr.core import Clock, ConfigError, DataError, Image, PixelArray, Rig, Source, Track
 from cathxr.heart import HeartFolder, builtin_path, read_heart
-from cathxr.registration import Registration, default_placement, read_registration, registration_toml
+from cathxr.registration import Registration, caval_placement, read_registration, registration_toml
 from cathxr.runtime.live import LiveOptions
 from cathxr.runtime.optical import OpticalSource
 from cathxr.runtime.recording import session_opener
@@ -189,19 +189,17 @@ def _scene(
 
 
 def _registration(heart: HeartFolder) -> Registration:
-    """Return the heart's registration; without one, the inlet sits at the inferior vena cava.
+    """Return the heart's registration; without one, the inlet sits before the mouth of the inferior vena cava.
 
     Raises:
         ConfigError: there is none, and the heart names no caval openings to place it by.
     """
     if heart.registration is not None:
         return read_registration(heart.registration)
-    points = heart.points_ct
-    if "inferior_vena_cava" not in points or "superior_vena_cava" not in points:
+    placed = caval_placement(heart.points_ct, method="inlet before the inferior vena cava's mouth")
+    if placed is None:
         raise ConfigError(
             f"The heart {heart.path} has no registration.toml, and no openings inferior_vena_cava and "
             "superior_vena_cava to place it by: add one of them."
         )
-    return default_placement(
-        points["inferior_vena_cava"], points["superior_vena_cava"], method="inlet at the inferior vena cava"
-    )
+    return placed

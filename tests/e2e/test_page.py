@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 from websockets.sync.client import connect
 
 HANG_S = 120.0
@@ -24,16 +24,24 @@ HANG_S = 120.0
 START_S = 300.0
 """The first start compiles the fast parts."""
 CHEAP = "?aa=0&mat=lambert&dpr=0.5&pictures=5"
-_QUIET = (
-    "--no-sandbox",
-    "--ignore-gpu-blocklist",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-quic",
-    "--no-first-run",
-)
-_GRAPHICS = (("--use-gl=angle", "--use-angle=gl-egl"), ("--use-gl=angle", "--use-angle=swiftshader"))
+
+
+_SETTLED = """
+new Promise((done) => {
+  const begun = performance.now();
+  let since = begun;
+  const step = () => {
+    const { extrapolated, stale } = window.__cathxr.scene();
+    const now = performance.now();
+    if (extrapolated || stale || window.__cathxr.drawn() === null) since = now;
+    if (now - since > 80) done(window.__cathxr.drawn());
+    else if (now - begun > 5000) done(null);
+    else requestAnimationFrame(step);
+  };
+  requestAnimationFrame(step);
+})
+"""
+"""What is drawn once nothing was carried on beyond the newest Track for 80 ms: twice what taking it back needs."""
 
 
 class LiveProcess:
@@ -111,24 +119,6 @@ def live(tmp_path_factory: pytest.TempPathFactory, repo_root: Path) -> Iterator[
     process.kill()
 
 
-@pytest.fixture(scope="module")
-def browser(require_tool: Callable[[str], Path]) -> Iterator[Browser]:
-    path = require_tool("chromium")
-    with sync_playwright() as playwright:
-        for graphics in _GRAPHICS:
-            browser = playwright.chromium.launch(executable_path=path, args=[*_QUIET, *graphics])
-            page = browser.new_page()
-            has_graphics = page.evaluate("() => document.createElement('canvas').getContext('webgl2') !== null")
-            page.close()
-            if has_graphics:
-                break
-            browser.close()
-        else:
-            pytest.fail("this Chromium draws no WebGL 2, neither with EGL nor with SwiftShader")
-        yield browser
-        browser.close()
-
-
 class Watched:
     """A page with everything that it asked for and complained about."""
 
@@ -186,7 +176,7 @@ def test_the_tip_is_drawn_where_the_twin_has_it(watched: Watched, live: LiveProc
     assert len(compared) >= 12, f"of {len(samples)} drawn instants only {len(compared)} lie between known pairs"
     drawn_tips, tracks, truths = (np.array(each) for each in zip(*compared, strict=True))
     # What is drawn lies between two Tracks, at the instant that it says; the filter against shimmer may hold it back by
-    # 0.25 mm, and what was carried on beyond the newest Track is taken back within some 40 ms.
+    # 0.25 mm. What was carried on beyond the newest Track, where Tracks come late on a busy machine, is not looked at.
     assert np.percentile(np.linalg.norm(drawn_tips - tracks, axis=1), 90) < 0.3
     # The requirement. The tracker's own error on smooth scenes is to be under 0.5 mm on average.
     assert np.percentile(np.linalg.norm(drawn_tips - truths, axis=1), 90) < 1.0

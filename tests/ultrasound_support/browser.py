@@ -12,23 +12,15 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from playwright.sync_api import Browser, Page, Playwright, sync_playwright
+from playwright.sync_api import Page
 
 from cathxr.core import FloatArray
 from cathxr.ultrasound import AcousticField, IceSettings
 
+from ..e2e.chromium import drawing_chromium
+
 HANG_MS = 120_000.0
 """A limit on waiting, not a measurement."""
-_QUIET = (
-    "--no-sandbox",
-    "--ignore-gpu-blocklist",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-quic",
-    "--no-first-run",
-)
-_GRAPHICS = (("--use-gl=angle", "--use-angle=gl-egl"), ("--use-gl=angle", "--use-angle=swiftshader"))
 _NAMES = {
     "sector_rad": "sectorRad",
     "depth_mm": "depthMm",
@@ -109,27 +101,13 @@ def ice_page(folder: Path, chromium: Path) -> Iterator[IcePage]:
     handler = functools.partial(_Silent, directory=str(folder))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        with sync_playwright() as playwright:
-            browser = _browser(playwright, chromium)
+        with drawing_chromium(chromium) as browser:
             made = IcePage(browser.new_page(viewport={"width": 820, "height": 660}), folder)
             made.page.set_default_timeout(HANG_MS)
             made.page.goto(f"http://127.0.0.1:{server.server_port}/ice.html")
             made.page.wait_for_function("window.ice !== undefined")
             yield made
-            browser.close()
         server.shutdown()
-
-
-def _browser(playwright: Playwright, chromium: Path) -> Browser:
-    for graphics in _GRAPHICS:
-        browser = playwright.chromium.launch(executable_path=str(chromium), args=[*_QUIET, *graphics])
-        page = browser.new_page()
-        drawable = "document.createElement('canvas').getContext('webgl2')?.getExtension('EXT_color_buffer_float')"
-        if page.evaluate(f"() => !!({drawable})"):
-            page.close()
-            return browser
-        browser.close()
-    raise AssertionError("this browser has no WebGL 2 with half-float targets, with either way of drawing")
 
 
 class _Silent(http.server.SimpleHTTPRequestHandler):

@@ -87,7 +87,7 @@ def test_placement_puts_the_way_in_and_the_aim_on_x(inlet: np.ndarray, offset: n
         assert np.linalg.norm(offset) < 1.0 + 1e-9 or sideways < 0.1 * np.linalg.norm(offset) + 1e-9
         return
     assert np.allclose(registration.box(inlet), [before, 0.0, 0.0], atol=1e-9)
-    assert np.allclose(registration.box(inlet + offset), [before + np.linalg.norm(offset), 0.0, 0.0], atol=1e-9)
+    assert np.allclose(registration.box(inlet + offset), [before + float(np.linalg.norm(offset)), 0.0, 0.0], atol=1e-9)
     assert np.linalg.det(registration.ct_from_box.rotation) == pytest.approx(1.0)
     up = registration.ct_from_box.rotation[:, 2]
     side = registration.ct_from_box.rotation[:, 1]

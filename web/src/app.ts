@@ -4,6 +4,8 @@ import type { EventMessage, HealthMessage, Hello, SceneDescription, ServerMessag
 import type { DebugHandle } from "./debug";
 import { HeadsetLog } from "./diag/headset_log";
 import { Company } from "./follow/company";
+import { GuideFeature } from "./guide/feature";
+import type { Steers } from "./guide/sensor";
 import { linkAddress } from "./link/address";
 import { Commands } from "./link/commands";
 import type { LinkState } from "./link/link";
@@ -18,7 +20,7 @@ import { Stagecraft } from "./scene/stagecraft";
 import type { Settings } from "./settings";
 import { SettingsStore } from "./stage/settings";
 import { pageStorage } from "./stage/storage";
-import { condition } from "./ui/condition";
+import { condition, GRAPHICS_LOST } from "./ui/condition";
 import { ControlRows } from "./ui/controls";
 import { byId, setText } from "./ui/dom";
 import { EnterButtons } from "./ui/enter";
@@ -66,12 +68,14 @@ export class App {
     rateHz: () => this.immersion.sessions.rateHz,
   });
   private readonly immersion: Immersion;
+  private readonly guide: GuideFeature;
   private linkState: LinkState = { phase: "connecting", sentence: "", retryAtMs: null };
   private health: HealthMessage | null = null;
   private sceneText = "";
   private lastTrackMs = performance.now();
   private lastPanelMs = 0;
   private handSteered = false;
+  private graphicsLost = false;
 
   /** Throws Error when the browser gives no WebGL 2. */
   constructor(settings: Settings, private readonly errors: { readonly count: number }) {
@@ -89,6 +93,7 @@ export class App {
     this.company = new Company(this.stagecraft.stage, (message) => this.link.send(message));
     this.stagecraft.add(this.company.mirror);
     this.stagecraft.add(this.headsetLog);
+    this.stagecraft.view.onGraphicsLost = (lost) => this.takeGraphics(lost);
     new EnterButtons(this.immersion.sessions, {
       onReason: (sentence) => void this.headset.open(sentence),
       onMode: (mode) => (mode === null ? this.headsetLog.end() : this.headsetLog.begin(mode)),
@@ -108,6 +113,8 @@ export class App {
     this.operator = new Operator(this.commands, (operating) => {
       this.keys.steering = operating && this.sliders.ready;
     });
+    this.guide = new GuideFeature(this.stagecraft.stage, this.immersion, this.steers());
+    this.stagecraft.add(this.guide);
     wireViews(this.stagecraft.presets);
     makeTabs(() => this.pictures.refresh());
   }
@@ -135,6 +142,7 @@ export class App {
       get role() { return app.operator.role; },
       camera: () => app.stagecraft.view.camera.position.toArray(),
       xr: xrDebug(app.immersion, app.store),
+      guide: app.guide.debug,
       pictures: () => app.pictures.panels.map(({ camera, shownSeq, overlaid }) => ({ camera, seq: shownSeq, overlaid })),
     };
   }
@@ -281,7 +289,7 @@ export class App {
   private showPanels(nowMs: number): void {
     this.lastPanelMs = nowMs;
     const track = this.tracks.newest;
-    const now = condition({
+    const now = this.graphicsLost ? GRAPHICS_LOST : condition({
       link: this.linkState, track, trackAgeMs: nowMs - this.lastTrackMs, health: this.health, nowMs,
     });
     this.stage.show(now);
@@ -305,6 +313,13 @@ export class App {
     this.sliders.show(values);
   }
 
+  /** A headset would go on showing its last picture: its session ends, and the page says why. */
+  private takeGraphics(lost: boolean): void {
+    this.graphicsLost = lost;
+    if (lost) this.immersion.sessions.leave();
+    this.showPanels(performance.now());
+  }
+
   /** Says over the scene's settings why some of them cannot be changed. */
   private showHeld(): void {
     const held = byId("held");
@@ -320,7 +335,18 @@ export class App {
       toggleLandmarks: () => this.heart.toggleLandmarks(),
       toggleRecording: () => this.operator.toggleRecording(),
       togglePicture: (camera) => this.pictures.enlarge(this.pictures.enlarged === camera ? null : camera),
-      closeAll: () => this.pictures.enlarge(null),
+      closeAll: () => this.pictures.enlarge(null) || this.guide.guide.skip(),
+      goOn: () => this.guide.goOn(),
+    };
+  }
+
+  /** The twin's steering, for the guide. */
+  private steers(): Steers {
+    const app = this;
+    return {
+      get able() { return app.keys.steering; },
+      get byHand() { return app.handSteered; },
+      nudge: (control, amount) => this.sliders.nudge(control, amount),
     };
   }
 }

@@ -1,6 +1,7 @@
 /** What tests and curious people can ask the page: `window.__cathxr`. */
 
 import type { SceneReport } from "./scene/report";
+import type { GuideDebug } from "./guide/debug";
 import type { XrDebug } from "./xr/report";
 
 export interface DebugHandle {
@@ -28,6 +29,7 @@ export interface DebugHandle {
   pictures(): { camera: string; seq: number; overlaid: boolean }[];
   /** The headset's session, and what it shows. */
   readonly xr: XrDebug;
+  readonly guide: GuideDebug;
 }
 
 declare global {

@@ -7,6 +7,7 @@ import "./styles/parts.css";
 import "./styles/flat.css";
 import "./styles/scene.css";
 import "./styles/readout.css";
+import "./styles/guide.css";
 import { App } from "./app";
 import { countErrors } from "./debug";
 import { settingsFrom } from "./settings";

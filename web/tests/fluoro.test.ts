@@ -4,6 +4,7 @@ import {
   ARM_PRESETS, ArmAxes, armText, BIPLANES, FIELD_MM, MAGNIFICATION, paired, pictureFromCt, sideLetters, SOURCE_DETECTOR_MM, SOURCE_ISOCENTRE_MM,
 } from "../src/fluoro/arms";
 import { SettingsStore } from "../src/stage/settings";
+import { presetAt } from "../src/fluoro/overlay";
 import { attenuationTable, BONE_PER_MM, impedanceOf, LUNG_PER_MM, summarise } from "../src/fluoro/tissue";
 
 const axes = (laoDeg: number, cranialDeg: number): ArmAxes => new ArmAxes().set({ laoDeg, cranialDeg });
@@ -49,8 +50,8 @@ describe("arms, in LPS (x to the patient's left, y posterior, z to the head)", (
   });
 
   it("writes angles and sides as a cath lab does", () => {
-    expect(armText({ laoDeg: -30, cranialDeg: -20 })).toBe("RAO 30°  CAU 20°");
-    expect(armText({ laoDeg: 45, cranialDeg: 0 })).toBe("LAO 45°  CRA 0°");
+    expect(armText({ laoDeg: -30, cranialDeg: -20 })).toBe("RAO 30  CAU 20");
+    expect(armText({ laoDeg: 45, cranialDeg: 0 })).toBe("LAO 45  CRA 0");
     expect(sideLetters(axes(0, 0).right)).toBe("L");
     expect(sideLetters(axes(45, 0).right)).toBe("LP");
     expect(sideLetters(axes(90, 0).right)).toBe("P");
@@ -151,5 +152,17 @@ describe("pairs of views", () => {
     settings.hold({ values: { arms: [{ laoDeg: 10, cranialDeg: 5 }, { laoDeg: 80, cranialDeg: 0 }] }, sentence: "Held." });
     settings.set({ biplane: "oblique" });
     expect(settings.value.arms[0]).toEqual({ laoDeg: 10, cranialDeg: 5 });
+  });
+});
+
+describe("the presets on a picture in a headset", () => {
+  it("are where they are drawn, from the left in their order, and nowhere else", () => {
+    const row = (52 + 17) / (640 / 1.8); // in the middle of the row
+    const found = ARM_PRESETS.map((_, at) => presetAt((10 + ((at + 0.5) * (640 / 1.8 - 20)) / ARM_PRESETS.length) / (640 / 1.8), row, 1.8));
+    expect(found).toEqual(ARM_PRESETS);
+    expect(presetAt(0.5, 0.5, 1.8)).toBeNull();
+    expect(presetAt(0.5, 0.02, 1.8)).toBeNull();
+    expect(presetAt(0.001, row, 1.8)).toBeNull();
+    expect(presetAt(0.999, row, 1.8)).toBeNull();
   });
 });

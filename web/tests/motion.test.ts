@@ -1,95 +1,15 @@
 import { describe, expect, it, vi } from "vitest";
-import type { Quaternion, TrackMessage, Vector3 } from "../src/generated/messages";
+import type { TrackMessage } from "../src/generated/messages";
 import type { DrawnTrack } from "../src/motion/drawn";
 import { Interpolator, STALE_S } from "../src/motion/interpolator";
 import { MOST_DELAY_S } from "../src/motion/timeline";
+import type { Course, Motion } from "./course";
+import { DISPLAY_S, distance, HOST, K, play, pushed, still, track } from "./course";
 
 vi.setConfig({ testTimeout: 120_000 }); // a limit on hanging, on a machine that does other things too
 
-const K = 12;
-const HOST = 5000; // host's clock minus the page's, s
-const DISPLAY_S = 1 / 90;
-
-interface Pose { readonly tip: Vector3; readonly roll: number | null }
-type Motion = (t: number) => Pose;
-
-function track(seq: number, t: number, pose: Pose, more: Partial<TrackMessage> = {}): TrackMessage {
-  const [x, y, z] = pose.tip;
-  const points = Array.from({ length: K }, (_, i): Vector3 => {
-    const share = 1 - i / (K - 1);
-    return [x * share, y * share ** 2, z * share ** 2];
-  });
-  return {
-    type: "track", seq, t, status: "tracked", reason: "", points, tip: { position: pose.tip, orientation_wxyz: aboutZ(pose.roll ?? 0) },
-    roll: pose.roll, roll_predicted: false, yaw: 0, pitch: 0, sigma_mm: 0.1, latency_ms: 20, ...more,
-  };
-}
-
-function aboutZ(angle: number): Quaternion {
-  return [Math.cos(angle / 2), 0, 0, Math.sin(angle / 2)];
-}
-
-/** A generator of numbers in 0 to 1 (mulberry32). */
-function randomFrom(seed: number): () => number {
-  let state = seed;
-  return () => {
-    state = (state + 0x6d2b79f5) | 0;
-    let t = Math.imul(state ^ (state >>> 15), 1 | state);
-    t = (t + Math.imul(t ^ (t >>> 7), 61 | t)) ^ t;
-    return ((t ^ (t >>> 14)) >>> 0) / 4294967296;
-  };
-}
-
-const normalFrom = (random: () => number) => (): number => Math.sqrt(-2 * Math.log(1 - random())) * Math.cos(2 * Math.PI * random());
-
-interface Arrival { readonly atS: number; readonly track: TrackMessage }
-interface Course {
-  readonly rateHz: number;
-  readonly seconds: number;
-  readonly motion: Motion;
-  /** From mid-exposure to the page, s. */
-  readonly journey: (random: () => number) => number;
-  readonly loss?: number;
-  readonly overtake?: boolean;
-  readonly noiseMm?: number;
-}
-
-function arrivals(course: Course, seed: number): Arrival[] {
-  const random = randomFrom(seed);
-  const normal = normalFrom(random);
-  const made: Arrival[] = [];
-  let last = 0;
-  for (let seq = 0; seq < course.seconds * course.rateHz; seq++) {
-    const s = seq / course.rateHz;
-    const pose = course.motion(s);
-    const tip = pose.tip.map((value) => value + (course.noiseMm ?? 0) * normal()) as Vector3;
-    if (random() < (course.loss ?? 0)) continue;
-    let atS = s + course.journey(random);
-    if (course.overtake !== true) atS = last = Math.max(last + 1e-4, atS); // a stream keeps its order
-    made.push({ atS, track: track(seq, HOST + s, { tip, roll: pose.roll }) });
-  }
-  return made.sort((a, b) => a.atS - b.atS);
-}
-
-interface Shown { readonly nowS: number; readonly t: number; readonly tip: Vector3; readonly status: string; readonly extrapolated: boolean }
-
-/** Draws a course at the display's rate from `fromS` on. */
-function play(course: Course, seed: number, fromS = 0, motion = new Interpolator()): Shown[] {
-  const shown: Shown[] = [];
-  const coming = arrivals(course, seed);
-  for (let nowS = 0; nowS < course.seconds; nowS += DISPLAY_S) {
-    while (coming.length > 0 && coming[0]!.atS <= nowS) motion.put(coming[0]!.track, coming.shift()!.atS);
-    const drawn = motion.sample(nowS, HOST);
-    if (drawn !== null && nowS >= fromS) shown.push({ nowS, t: drawn.t - HOST, tip: [...drawn.tip] as unknown as Vector3, status: drawn.status, extrapolated: drawn.extrapolated });
-  }
-  return shown;
-}
-
-const distance = (a: ArrayLike<number>, b: ArrayLike<number>): number => Math.hypot(a[0]! - b[0]!, a[1]! - b[1]!, a[2]! - b[2]!);
-const still: Motion = () => ({ tip: [60, 5, -8], roll: 0.3 });
 /** 30 mm to and fro at 1 Hz: up to 94 mm/s. */
 const swaying: Motion = (t) => ({ tip: [60 + 15 * Math.sin(2 * Math.PI * t), 8 * Math.cos(Math.PI * t), -8], roll: 2 * t });
-const pushed = (speed: number): Motion => (t) => ({ tip: [20 + speed * t, 5, -8], roll: null });
 
 describe("the delay", () => {
   it.each([
@@ -275,35 +195,5 @@ describe("interruptions", () => {
     fed(motion, 0, 10);
     motion.clear();
     expect(motion.sample(2, HOST)).toBeNull();
-  });
-});
-
-describe("the filter against shimmer", () => {
-  const quiet = { rateHz: 60, seconds: 25, journey: () => 0.02 } as const;
-
-  it("shows a resting tip within 0.02 mm, from measurements that scatter by 0.06 mm", () => {
-    for (let seed = 1; seed <= 3; seed++) {
-      const tips = play({ ...quiet, motion: still, noiseMm: 0.06 }, seed, 5).map((each) => each.tip);
-      const rms = [0, 1, 2].map((axis) => {
-        const mean = tips.reduce((sum, tip) => sum + tip[axis]!, 0) / tips.length;
-        return Math.sqrt(tips.reduce((sum, tip) => sum + (tip[axis]! - mean) ** 2, 0) / tips.length);
-      });
-      expect(Math.max(...rms)).toBeLessThan(0.02);
-    }
-  });
-
-  it.each([10, 20, 60])("lags by less than 5 ms at %d mm/s", (speed) => {
-    for (let seed = 1; seed <= 3; seed++) {
-      const shown = play({ ...quiet, seconds: 4, motion: pushed(speed), noiseMm: 0.06 }, seed, 1);
-      const behind = shown.reduce((sum, { t, tip }) => sum + (pushed(speed)(t).tip[0] - tip[0]), 0) / shown.length;
-      expect((1000 * behind) / speed).toBeLessThan(5);
-    }
-  });
-
-  it("is never further off than its leash, also when a motion begins", () => {
-    const begun: Motion = (t) => ({ tip: [60 + (t < 2 ? 0 : 15 * (t - 2)), 5, -8], roll: null });
-    for (const { t, tip } of play({ ...quiet, seconds: 4, motion: begun }, 1, 1)) {
-      expect(distance(tip, begun(t).tip)).toBeLessThan(0.25 + 1e-6 + (15 / 60) * 0.26); // the corner itself, cut by the chord
-    }
   });
 });

@@ -2,14 +2,14 @@ import { describe, expect, it } from "vitest";
 import { CONTROLS } from "../src/stage/controls";
 import { SettingsStore } from "../src/stage/settings";
 import { hudLines, noticeOf } from "../src/xr/hud_words";
-import { controlRect, EM, HEIGHT, labelRect, rowRect, segments, spotAt, tabRects, trackRect, WIDTH } from "../src/xr/menu_layout";
-import type { Situation } from "../src/xr/menu_model";
-import { ROWS_SHOWN, rowsOf, slid, TABS, toggled } from "../src/xr/menu_model";
+import { controlRect, EM, HEIGHT, labelRect, rowRect, segments, shareAlong, spotAt, switchRect, tabRects, trackRect, WIDTH } from "../src/xr/menu_layout";
+import type { Row, Situation } from "../src/xr/menu_model";
+import { nextArm, ROWS_SHOWN, rowsOf, slid, TABS, toggled } from "../src/xr/menu_model";
 
 function situation(parts = 12): Situation {
   const store = new SettingsStore();
   return {
-    store, helpLines: ["one", "two"], canGuide: false,
+    store, helpLines: ["one", "two"], canGuide: true, target: { name: "Fossa ovalis", own: false, number: 2, count: 5 }, tip: true,
     parts: Array.from({ length: parts }, (_, index) => ({ name: `part_${index}`, label: `Part ${index}` })),
   };
 }
@@ -24,10 +24,10 @@ describe("the menu", () => {
 
   it("has every part of the heart on some page, and never more rows than there is room for", () => {
     const now = situation();
-    const { pages } = rowsOf("Heart", 0, now);
+    const { pages } = rowsOf("Parts", 0, now);
     const seen: string[] = [];
     for (let page = 0; page < pages; page++) {
-      const { rows } = rowsOf("Heart", page, now);
+      const { rows } = rowsOf("Parts", page, now);
       expect(rows.length).toBeLessThanOrEqual(ROWS_SHOWN);
       seen.push(...rows.map((row) => row.label));
     }
@@ -44,7 +44,7 @@ describe("the menu", () => {
     expect(half).toBeCloseTo(row.low + Math.round((0.503 * (row.high - row.low)) / row.step) * row.step, 6);
     const hud = rowsOf("View", 0, now).rows.find((each) => each.kind === "toggle" && each.key === "hud");
     if (hud?.kind !== "toggle") throw new Error("no toggle");
-    now.store.set(toggled(hud, now.store.value)!);
+    now.store.set(toggled(hud, now.store.value));
     expect(now.store.value.hud).toBe(false);
   });
 
@@ -83,8 +83,49 @@ describe("the menu", () => {
     }
   });
 
-  it("has capitals of at least 1.2 degrees where it opens", () => {
-    expect((Math.atan((0.7 * EM.small) / 1000 / 0.55) * 180) / Math.PI).toBeGreaterThan(1.2);
+  it("has capitals of one degree at arm's length: 0.6 degrees can be read", () => {
+    const degrees = (Math.atan((0.7 * EM.small) / 1000 / 0.6) * 180) / Math.PI;
+    expect(degrees).toBeGreaterThan(1);
+  });
+
+  it("lets each part be hidden and have an opacity of its own", () => {
+    const now = situation();
+    now.store.setPart("part_1", { visible: false, opacity: 0.4 });
+    const { rows } = rowsOf("Parts", 0, now);
+    const row = rows.find(({ label }) => label === "Part 1");
+    expect(row).toMatchObject({ kind: "part", part: "part_1", on: false, opacity: 0.4, locked: null });
+    const index = rows.indexOf(row!);
+    const rect = rowRect(index);
+    const [slider, knob] = [controlRect(row!, rect), switchRect(rect)];
+    expect(spotAt(rows, slider.x + 5, rect.y + 5)).toMatchObject({ index, segment: 0 });
+    expect(spotAt(rows, knob.x + 5, rect.y + 5)).toMatchObject({ index, segment: 1 });
+    expect(shareAlong(row!, index, trackRect(slider).x + trackRect(slider).w / 2)).toBeCloseTo(0.5, 6);
+    now.store.hold({ values: { parts: {} }, sentence: "Held." });
+    expect(rowsOf("Parts", 0, now).rows.every(({ locked }) => locked === "Held.")).toBe(true);
+  });
+
+  it("steps through the targets, adds one at the tip, and removes only what somebody added", () => {
+    const now = situation();
+    const act = (label: string): Row => rowsOf("Targets", 0, now).rows.find((row) => row.label === label)!;
+    expect(act("Add").locked).toBe("Switch Targets on first.");
+    now.store.set({ targets: true });
+    expect(rowsOf("Targets", 0, now).rows.map(({ label }) => label)).toContain("Fossa ovalis (2 of 5)");
+    expect([act("In force").locked, act("Add").locked, act("Remove").locked]).toEqual([null, null, "This one belongs to the scene: it stays."]);
+    expect(act("In force")).toMatchObject({ buttons: [{ act: { target: "previous" } }, { act: { target: "next" } }] });
+    const own = { ...now, tip: false, target: { ...now.target!, own: true } };
+    expect(rowsOf("Targets", 0, own).rows.find(({ label }) => label === "Remove")!.locked).toBeNull();
+    expect(rowsOf("Targets", 0, own).rows.find(({ label }) => label === "Add")!.locked).toBe("The tip is not tracked now.");
+  });
+
+  it("has the X-ray arms' usual angles while the flat pictures are shown", () => {
+    const now = situation(0);
+    const arms = (): Row[] => rowsOf("View", 0, now).rows.filter(({ label }) => label.startsWith("Arm "));
+    expect(arms()).toHaveLength(0);
+    now.store.set({ mode: "2d" });
+    expect(arms()).toHaveLength(2);
+    expect(nextArm({ laoDeg: 0, cranialDeg: 0 }, 1)).toEqual({ laoDeg: -30, cranialDeg: 0 });
+    expect(nextArm({ laoDeg: 0, cranialDeg: 0 }, -1)).toEqual({ laoDeg: 45, cranialDeg: 20 });
+    expect(nextArm({ laoDeg: 12, cranialDeg: 3 }, 1)).toEqual({ laoDeg: 0, cranialDeg: 0 });
   });
 });
 
@@ -95,13 +136,18 @@ describe("the numbers", () => {
     const status = { label: "coasting: hidden", level: "warn" } as const;
     const bare = hudLines({ status, insertedMm: null, rollRad: null, delayMs: null, target: null, wall });
     expect(bare).toEqual([{ left: { text: "Coasting: hidden", tone: "warn" }, right: null }]);
-    const target = { name: "LAA", distanceMm: 7.26, angleDeg: 30, beamAngleDeg: -12.4, within: true, dwelt: 0.5, reached: false };
+    const target = {
+      name: "LAA", by: "tip", distanceMm: 7.26, angleDeg: 30, beamDistanceMm: 12.7, beamAngleDeg: 12.4,
+      near: true, aligned: true, within: true, dwelt: 0.5, reached: false,
+    } as const;
     const lines = hudLines({
       status, insertedMm: 83.4, rollRad: -Math.PI / 2, delayMs: 41.6, target, wall: { state: "ready", count: 2, depthMm: 1.25 },
     });
     expect(lines.map(({ left, right }) => `${left.text}|${right?.text ?? ""}`)).toEqual([
-      "Coasting: hidden|42 ms behind", "83 mm inserted|roll −90°", "To LAA|7.3 mm, −12°", "In the wall, 1.3 mm deep|",
+      "Coasting: hidden|42 ms behind", "83 mm inserted|roll −90°", "To LAA|tip 7.3 mm, 30°", "|beam 13 mm, 12°", "In the wall, 1.3 mm deep|",
     ]);
+    const byBeam = hudLines({ status, insertedMm: null, rollRad: null, delayMs: null, target: { ...target, by: "beam" }, wall });
+    expect(byBeam.slice(1).map(({ right }) => right?.text)).toEqual(["beam 13 mm, 12°", "tip 7.3 mm, 30°"]);
   });
 
   it("say large that the link is lost, and leave a lost catheter to the small ones", () => {

@@ -216,7 +216,7 @@ def _direction(mouth: Opening, end: Opening) -> FloatArray:
 def _around(opening: Opening) -> FloatArray:
     """Return the corners (2, 3) mm of a block that holds an opening."""
     reach = 0.5 * opening.diameter_mm
-    return opening.centroid_mm + np.array([[-reach] * 3, [reach] * 3])
+    return np.asarray(opening.centroid_mm + np.array([[-reach] * 3, [reach] * 3]))
 
 
 def _meet(masks: dict[str, Mask], one: str, other: str, grid: Grid) -> None:

@@ -83,8 +83,8 @@ class Played:
         self._log = folder / "run.log"
         command = [
             sys.executable,
-            "-m",
-            "cathxr.app.cli",
+            "-c",
+            _RECORDED_TRACKS,
             "run",
             "--source",
             str(session),
@@ -137,7 +137,7 @@ class Played:
                     message = json.loads(link.recv(timeout=HANG_S))
                 except (ConnectionClosed, TimeoutError):
                     return
-                if message["type"] == "track":
+                if message["type"] == "track" and message["tip"] is not None:
                     w, x, y, z = message["tip"]["orientation_wxyz"]
                     axis = [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)]
                     self.tracks[message["t"]] = np.array(axis)

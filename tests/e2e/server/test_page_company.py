@@ -1,13 +1,13 @@
 """The page among others, in a real browser: following, locks, the way into a headset, and a device without graphics."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 
 from cathxr.app.diag_folder import DiagFolder
 from cathxr.devices.clock import MonotonicClock
@@ -20,24 +20,13 @@ Start = Callable[..., LiveServer]
 CHEAP = "/?aa=0&mat=lambert&dpr=0.5&pictures=0&heart=0"
 HANG_S = 120.0
 """How long a test waits for what must come: a limit on hanging, not a measurement."""
-_DRAWING = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
 _BARE = ["--no-sandbox", "--disable-gpu", "--disable-3d-apis"]
 
 
-@pytest.fixture(scope="module")
-def launch(require_tool: Callable[[str], Path], repo_root: Path) -> Iterator[Callable[[list[str]], Browser]]:
+@pytest.fixture(scope="module", autouse=True)
+def built(repo_root: Path) -> None:
     if not (repo_root / "src" / "cathxr" / "web_client" / "diag.html").is_file():
         pytest.skip("the web client is not built: run `python tools/web_client.py build`")
-    path = require_tool("chromium")
-    with sync_playwright() as playwright:
-        yield lambda arguments: playwright.chromium.launch(executable_path=path, args=arguments)
-
-
-@pytest.fixture(scope="module")
-def browser(launch: Callable[[list[str]], Browser]) -> Iterator[Browser]:
-    opened = launch(_DRAWING)
-    yield opened
-    opened.close()
 
 
 class Seen:
@@ -133,11 +122,11 @@ def test_the_way_into_a_headset_is_told(browser: Browser, start: Start) -> None:
 
 
 def test_without_graphics_the_page_says_so_and_shows_the_next_step(
-    launch: Callable[[list[str]], Browser], start: Start, tmp_path: Path
+    browser: Browser, require_tool: Callable[[str], Path], start: Start, tmp_path: Path
 ) -> None:
     router = make_diag_router(DiagFolder(tmp_path).save, clock=MonotonicClock())
     server = start(routers=(router,))
-    bare = launch(_BARE)
+    bare = browser.browser_type.launch(executable_path=require_tool("chromium"), args=_BARE)
     try:
         seen = Seen(bare, server.url + CHEAP)
         seen.until("!document.querySelector('#banner').hidden")

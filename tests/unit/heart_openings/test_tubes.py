@@ -8,7 +8,7 @@ from cathxr.heart.tubes import carried_on, end_of
 from cathxr.heart.volume import Grid
 
 GRID = Grid((80, 60, 60), np.diag([0.5, 0.5, 0.5, 1.0]))
-MOUTH = Opening("x", "X", "right_atrium", np.array([15.0, 15.0, 5.0]), np.array([0.0, 0.0, 1.0]), 10.0)
+MOUTH = Opening("x", "X", "right_atrium", np.array([15.0, 15.0, 5.25]), np.array([0.0, 0.0, 1.0]), 10.0)
 
 
 @pytest.mark.parametrize("slant", [0.0, 0.6])

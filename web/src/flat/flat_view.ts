@@ -9,7 +9,7 @@ import type { SceneDescription } from "../generated/messages";
 import type { IceMode } from "../ice/ice_mode";
 import type { HeartVolumes } from "../ice/volumes";
 import type { TipView } from "../scene/endoscope";
-import { ctFromBox } from "../scene/heart";
+import { ctFromBox } from "../maths/registration";
 import type { Feature, Frame } from "../stage/feature";
 import type { SceneSettings } from "../stage/settings";
 import type { Stage } from "../stage/stage";
@@ -58,6 +58,7 @@ export class FlatView implements Feature {
     this.frames = new Frames(host, store);
     this.desk = new Desk(host, this.frames.slots, () => stage.view.touch());
     stage.view.overlay = this.desk;
+    renderer.domElement.addEventListener("webglcontextrestored", () => this.arms.forEach(({ image }) => image.turn()));
     for (const slot of this.frames.slots) this.takePointer(slot);
     const pair = (now: SceneSettings, before: SceneSettings): void => {
       const change = paired(now, before);
@@ -136,6 +137,7 @@ export class FlatView implements Feature {
   private lay(flat: boolean, third: Plate | null): void {
     const { frames, desk } = this;
     this.frames.show(flat ? "2d" : "3d", third?.title ?? "");
+    for (const arm of this.arms) arm.buttons = false;
     desk.alone = flat;
     desk.put(frames.inset, flat ? null : third);
     desk.put(frames.arms[0], flat ? this.arms[0] : null);
@@ -148,7 +150,10 @@ export class FlatView implements Feature {
     const { scene, head } = this.stage.view;
     const plates: readonly Plate[] = third === null ? this.arms : [...this.arms, third];
     this.frames.show("none", "");
-    for (const arm of this.arms) arm.textScale = this.wall.textScale;
+    for (const arm of this.arms) {
+      arm.textScale = this.wall.textScale;
+      arm.buttons = true;
+    }
     this.ice.panel.textScale = this.wall.textScale;
     if (flat) {
       this.wall.hang(plates, scene, head);

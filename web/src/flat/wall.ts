@@ -9,7 +9,7 @@ const AHEAD_M = 1.2;
 const HIGH_M = 0.5;
 const GAP_M = 0.03;
 /** Of the single plate, from the eyes. */
-const BESIDE = { ahead: 0.78, left: 0.34, below: 0.08, widthM: 0.42 } as const;
+const BESIDE = { ahead: 0.78, left: 0.44, below: 0.08, widthM: 0.42 } as const;
 const TEXT_SCALE = 1.8;
 
 /** Of the headset's wearer, in the room, m. */

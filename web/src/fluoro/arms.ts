@@ -14,17 +14,19 @@ export const FIELD_MM = DETECTOR_MM / MAGNIFICATION;
 
 export interface ArmPreset {
   readonly name: string;
+  /** As it stands on a small button, in one or two lines. */
+  readonly short: readonly string[];
   readonly angles: ArmAngles;
 }
 
 export const ARM_PRESETS: readonly ArmPreset[] = [
-  { name: "AP", angles: { laoDeg: 0, cranialDeg: 0 } },
-  { name: "RAO 30", angles: { laoDeg: -30, cranialDeg: 0 } },
-  { name: "LAO 45", angles: { laoDeg: 45, cranialDeg: 0 } },
-  { name: "LAO 60", angles: { laoDeg: 60, cranialDeg: 0 } },
-  { name: "Lateral", angles: { laoDeg: 90, cranialDeg: 0 } },
-  { name: "RAO 30 CAU 20", angles: { laoDeg: -30, cranialDeg: -20 } },
-  { name: "LAO 45 CRA 20", angles: { laoDeg: 45, cranialDeg: 20 } },
+  { name: "AP", short: ["AP"], angles: { laoDeg: 0, cranialDeg: 0 } },
+  { name: "RAO 30", short: ["RAO 30"], angles: { laoDeg: -30, cranialDeg: 0 } },
+  { name: "LAO 45", short: ["LAO 45"], angles: { laoDeg: 45, cranialDeg: 0 } },
+  { name: "LAO 60", short: ["LAO 60"], angles: { laoDeg: 60, cranialDeg: 0 } },
+  { name: "Lateral", short: ["LAT"], angles: { laoDeg: 90, cranialDeg: 0 } },
+  { name: "RAO 30 CAU 20", short: ["RAO 30", "CAU 20"], angles: { laoDeg: -30, cranialDeg: -20 } },
+  { name: "LAO 45 CRA 20", short: ["LAO 45", "CRA 20"], angles: { laoDeg: 45, cranialDeg: 20 } },
 ];
 
 /** The two arms of each pair of views. */
@@ -85,11 +87,11 @@ export function pictureFromCt(out: Matrix4, axes: ArmAxes, isocentre: Vector3): 
   );
 }
 
-/** Returns the angles as a cath lab writes them, for example `LAO 45° CRA 0°`. */
+/** Returns the angles as a cath lab writes them, for example `LAO 45  CRA 0`, in degrees. */
 export function armText({ laoDeg, cranialDeg }: ArmAngles): string {
   const lao = Math.round(laoDeg);
   const cranial = Math.round(cranialDeg);
-  return `${lao < 0 ? "RAO" : "LAO"} ${Math.abs(lao)}°  ${cranial < 0 ? "CAU" : "CRA"} ${Math.abs(cranial)}°`;
+  return `${lao < 0 ? "RAO" : "LAO"} ${Math.abs(lao)}  ${cranial < 0 ? "CAU" : "CRA"} ${Math.abs(cranial)}`;
 }
 
 /** Returns the letter of the patient's side that a direction in LPS points to most, or both where it is oblique. */

@@ -10,7 +10,7 @@ import { ARRAY_BEHIND_TIP_MM } from "../ice/transducer";
 import type { DrawnTrack } from "../motion/drawn";
 import type { ArmAngles } from "../stage/settings";
 import { ArmAxes, pictureFromCt, sameArm, SOURCE_ISOCENTRE_MM } from "./arms";
-import { FluoroOverlay } from "./overlay";
+import { FluoroOverlay, presetAt } from "./overlay";
 import { CATHETER, CATHETER_VERTEX, PICTURE, PICTURE_VERTEX } from "./shaders";
 import type { XrayField } from "./xray";
 import { XrayImage } from "./xray";
@@ -36,9 +36,11 @@ export class FluoroPlate implements Plate {
   /** Told when a pointer turns the arm. */
   onTurn: (angles: ArmAngles) => void = () => undefined;
   textScale = 1;
+  /** Whether the presets stand on the picture: where the page's controls are not beside it. */
+  buttons = false;
   angles: ArmAngles = { laoDeg: 0, cranialDeg: 0 };
   private readonly overlay = new FluoroOverlay();
-  private readonly told = { name: "", angles: this.angles, message: "?", ghost: false, textScale: 1 };
+  private readonly told = { name: "", angles: this.angles, message: "?", ghost: false, textScale: 1, buttons: false };
   private readonly picture: RawShaderMaterial;
   private readonly tube: Mesh<BufferGeometry, RawShaderMaterial>;
   private readonly beyond: Mesh<CylinderGeometry, RawShaderMaterial>;
@@ -112,10 +114,14 @@ export class FluoroPlate implements Plate {
     return this.write(message, ghost) || made || moved;
   }
 
-  /** Dragging turns the arm: to the right shows more of what was on the left. */
+  /** A preset's button turns the arm there; dragging turns it by hand: to the right shows more of what was on the left. */
   pointer(u: number, v: number, phase: PointerPhase): boolean {
     const { from } = this;
-    if (phase === "press") {
+    const preset = this.buttons && phase === "press" ? presetAt(u, v, this.textScale) : null;
+    if (preset !== null) {
+      from.held = false;
+      this.onTurn(preset.angles);
+    } else if (phase === "press") {
       Object.assign(from, { u, v, angles: this.angles, held: true });
     } else if (phase === "drag" && from.held) {
       const turned = (start: number, share: number, most: number): number =>
@@ -140,9 +146,10 @@ export class FluoroPlate implements Plate {
   }
 
   private write(message: string, ghost: boolean): boolean {
-    const { told, textScale } = this;
-    if (message === told.message && ghost === told.ghost && sameArm(this.angles, told.angles) && textScale === told.textScale) return false;
-    Object.assign(told, { name: this.title, angles: this.angles, message, ghost, textScale });
+    const { told, textScale, buttons } = this;
+    if (message === told.message && ghost === told.ghost && sameArm(this.angles, told.angles) && textScale === told.textScale
+      && buttons === told.buttons) return false;
+    Object.assign(told, { name: this.title, angles: this.angles, message, ghost, textScale, buttons });
     this.overlay.draw(told, this.axes);
     return true;
   }

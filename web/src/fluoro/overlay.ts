@@ -1,15 +1,18 @@
-/** What stands on an X-ray picture: the arm's angles, the patient's sides, a scale at the isocentre. */
+/** What stands on an X-ray picture: the arm's angles, the patient's sides, a scale at the isocentre, and buttons of presets. */
 
 import { CanvasTexture, LinearFilter, SRGBColorSpace, Vector3 } from "three";
 import type { ArmAngles } from "../stage/settings";
 import type { ArmAxes } from "./arms";
-import { armText, FIELD_MM, MAGNIFICATION, sideLetters } from "./arms";
+import { ARM_PRESETS, armText, FIELD_MM, MAGNIFICATION, sameArm, sideLetters } from "./arms";
+import type { ArmPreset } from "./arms";
 
 const PIXELS = 640;
 const SCALE_MM = 20;
 const INK = "#f2f5f8";
 const EDGE = "rgba(0, 0, 0, 0.75)";
 const ACTIVE = "#ffb454";
+/** The row of presets: from the sides, from below, high, and between two of them, in the text's units. */
+const ROW = { side: 10, below: 52, high: 34, gap: 3 } as const;
 
 export interface OverlayState {
   readonly name: string;
@@ -20,6 +23,17 @@ export interface OverlayState {
   readonly ghost: boolean;
   /** Times as large as usual: more where the picture is shown small. */
   readonly textScale: number;
+  /** Whether presets stand on the picture, as where there are no controls beside it. */
+  readonly buttons: boolean;
+}
+
+/** Returns the preset whose button is at a place, u from the left and v from below, 0 to 1; null: none. */
+export function presetAt(u: number, v: number, textScale: number): ArmPreset | null {
+  const side = PIXELS / textScale;
+  const above = v * side - ROW.below;
+  if (above < 0 || above > ROW.high) return null;
+  const at = Math.floor((u * side - ROW.side) / ((side - 2 * ROW.side) / ARM_PRESETS.length));
+  return ARM_PRESETS[at] ?? null;
 }
 
 /** A square canvas, drawn again only when it is asked to. */
@@ -46,10 +60,8 @@ export class FluoroOverlay {
     context.setTransform(state.textScale, 0, 0, state.textScale, 0, 0);
     context.clearRect(0, 0, side, side);
     context.lineJoin = "round";
-    const [lao, cranial] = armText(state.angles).split("  ");
     const small = state.textScale > 1.15;
-    this.write(lao!, 24, 30, "left", "600 21px");
-    this.write(cranial!, 24, 56, "left", "600 21px");
+    this.write(armText(state.angles), 24, 30, "left", "600 21px");
     this.write(state.name, side - 24, 30, "right", "600 21px");
     this.write(small ? "simulated" : "simulated, for training only", side - 24, side - 24, "right", "13px");
     this.write(`× ${MAGNIFICATION.toFixed(2)}`, side - 24, 56, "right", "14px");
@@ -59,8 +71,9 @@ export class FluoroOverlay {
     this.write(sideLetters(this.away.copy(right).negate()), 20, side / 2, "left", "600 19px");
     this.write(sideLetters(up), side / 2, 26, "center", "600 19px");
     this.write(sideLetters(this.away.copy(up).negate()), side / 2, side - 24, "center", "600 19px");
-    if (state.ghost) this.write("predicted", 24, 82, "left", "600 15px", ACTIVE);
-    if (state.message !== "") this.write(state.message, side / 2, side * 0.12, "center", "600 16px", ACTIVE);
+    if (state.ghost) this.write("predicted", 24, 56, "left", "600 15px", ACTIVE);
+    if (state.message !== "") this.write(state.message, side / 2, side * 0.2, "center", "600 16px", ACTIVE);
+    if (state.buttons) this.drawButtons(side, state.angles);
     this.texture.needsUpdate = true;
   }
 
@@ -78,6 +91,29 @@ export class FluoroOverlay {
     context.strokeText(text, x, y);
     context.fillStyle = ink;
     context.fillText(text, x, y);
+  }
+
+  private drawButtons(side: number, angles: ArmAngles): void {
+    const { context } = this;
+    const wide = (side - 2 * ROW.side) / ARM_PRESETS.length;
+    const top = side - ROW.below - ROW.high;
+    context.textAlign = "center";
+    context.lineWidth = 1.5;
+    for (const [at, { short, angles: preset }] of ARM_PRESETS.entries()) {
+      const left = ROW.side + at * wide + ROW.gap / 2;
+      const active = sameArm(preset, angles);
+      context.fillStyle = active ? "#1f5f86" : "rgba(11, 16, 23, 0.82)";
+      context.strokeStyle = active ? "#7fd0ff" : "rgba(242, 245, 248, 0.4)";
+      context.beginPath();
+      context.roundRect(left, top, wide - ROW.gap, ROW.high, 5);
+      context.fill();
+      context.stroke();
+      context.fillStyle = INK;
+      context.font = "600 11.5px system-ui, sans-serif";
+      for (const [row, text] of short.entries()) {
+        context.fillText(text, left + (wide - ROW.gap) / 2, top + ROW.high / 2 + 13 * (row - (short.length - 1) / 2), wide - 2 * ROW.gap);
+      }
+    }
   }
 
   private drawScale(side: number, small: boolean): void {

@@ -2,7 +2,7 @@
 
 import { Matrix4, Vector3 } from "three";
 import type { SceneDescription } from "../generated/messages";
-import { ctFromBox } from "../scene/heart";
+import { ctFromBox } from "../maths/registration";
 import type { Feature, Frame } from "../stage/feature";
 import type { SceneSettings } from "../stage/settings";
 import type { Stage } from "../stage/stage";

@@ -86,7 +86,8 @@ export class Centreline {
     this.along[0] = 0;
     for (let ring = 1; ring < RINGS; ring++) {
       const at = 3 * ring;
-      const step = Math.hypot(p[at]! - p[at - 3]!, p[at + 1]! - p[at - 2]!, p[at + 2]! - p[at - 1]!);
+      const dx = p[at]! - p[at - 3]!, dy = p[at + 1]! - p[at - 2]!, dz = p[at + 2]! - p[at - 1]!;
+      const step = Math.sqrt(dx * dx + dy * dy + dz * dz); // Math.hypot allocates
       this.along[ring] = this.along[ring - 1]! + step;
     }
   }
@@ -127,11 +128,11 @@ export class Centreline {
     const fx = this.forward[at]!, fy = this.forward[at + 1]!, fz = this.forward[at + 2]!;
     const along = nx * fx + ny * fy + nz * fz;
     let x = nx - along * fx, y = ny - along * fy, z = nz - along * fz;
-    let length = Math.hypot(x, y, z);
+    let length = Math.sqrt(x * x + y * y + z * z);
     if (length < 1e-9) { // parallel: any normal will do, so that the tube stays a tube
       if (Math.abs(fx) < 0.9) { x = 1 - fx * fx; y = -fx * fy; z = -fx * fz; }
       else { x = -fy * fx; y = 1 - fy * fy; z = -fy * fz; }
-      length = Math.hypot(x, y, z) || 1;
+      length = Math.sqrt(x * x + y * y + z * z) || 1;
     }
     x /= length; y /= length; z /= length;
     this.beam[at] = x; this.beam[at + 1] = y; this.beam[at + 2] = z;
@@ -145,7 +146,8 @@ export class Centreline {
 export function flatLength(points: Float64Array, count: number): number {
   let length = 0;
   for (let i = 3; i < 3 * count; i += 3) {
-    length += Math.hypot(points[i]! - points[i - 3]!, points[i + 1]! - points[i - 2]!, points[i + 2]! - points[i - 1]!);
+    const x = points[i]! - points[i - 3]!, y = points[i + 1]! - points[i - 2]!, z = points[i + 2]! - points[i - 1]!;
+    length += Math.sqrt(x * x + y * y + z * z);
   }
   return length;
 }

@@ -47,6 +47,12 @@ export class Interpolator {
     this.filter.clear();
   }
 
+  /** Begins with another stream: another server, whose cameras may be noisier. */
+  forget(): void {
+    this.clear();
+    this.filter.forget();
+  }
+
   /** Takes a Track as it comes. nowS: the page's clock. */
   put(track: TrackMessage, nowS: number): void {
     this.arrivedS = nowS;
@@ -76,14 +82,13 @@ export class Interpolator {
   sample(nowS: number, offsetS: number | null): DrawnTrack | null {
     if (this.kept === 0) return null;
     const { drawn, timeline } = this;
-    const t = timeline.at(nowS);
+    timeline.step(nowS);
     const newest = this.ring[(this.kept - 1) % KEPT]!;
-    const at = this.place(t, newest);
-    this.settle(nowS, at);
-    drawn.t = at;
+    this.place(newest);
+    this.settle(nowS);
     drawn.stale = nowS - this.arrivedS > STALE_S;
-    drawn.behindMs = 1000 * (newest.t - at);
-    drawn.delayMs = offsetS === null || this.replayed || drawn.stale ? null : 1000 * (nowS + offsetS - at);
+    drawn.behindMs = 1000 * (newest.t - drawn.t);
+    drawn.delayMs = offsetS === null || this.replayed || drawn.stale ? null : 1000 * (nowS + offsetS - drawn.t);
     this.sampledS = nowS;
     return drawn;
   }
@@ -93,9 +98,10 @@ export class Interpolator {
     return 1000 * this.timeline.delayS;
   }
 
-  /** Writes the pose at an instant; returns the instant that it really shows. */
-  private place(t: number, newest: Snapshot): number {
+  /** Writes the pose at the timeline's instant, and the instant that it really shows. (Numbers that are handed on are allocated.) */
+  private place(newest: Snapshot): void {
     const { drawn } = this;
+    const { t } = this.timeline;
     let after: Snapshot | null = null;
     let before = newest;
     for (let back = 1; t < before.t && back < Math.min(this.kept, KEPT); back++) {
@@ -103,31 +109,31 @@ export class Interpolator {
       before = this.ring[(this.kept - 1 - back) % KEPT]!;
     }
     drawn.extrapolated = false;
-    let at = Math.max(t, before.t);
     if (after !== null && t >= before.t && this.joined(before, after)) {
       drawn.copy(before);
+      drawn.t = t;
       drawn.seq = after.seq;
       blendInto(drawn, before, after, (t - before.t) / (after.t - before.t));
     } else if (after === null && t > before.t) {
-      at = this.carryOn(before, t);
+      this.carryOn(before);
     } else {
       drawn.copy(before);
-      at = before.t;
+      drawn.t = before.t;
     }
-    return at;
   }
 
   /** Goes on beyond the newest Track as it last moved, for at most one interval of Tracks. */
-  private carryOn(newest: Snapshot, t: number): number {
+  private carryOn(newest: Snapshot): void {
     const { drawn } = this;
     drawn.copy(newest);
-    if (this.kept < 2) return newest.t;
+    drawn.t = newest.t;
+    if (this.kept < 2) return;
     const before = this.ring[(this.kept - 2) % KEPT]!;
-    if (!this.joined(before, newest)) return newest.t;
-    const ahead = Math.min(t - newest.t, this.mostAhead(before, newest));
+    if (!this.joined(before, newest)) return;
+    const ahead = Math.min(this.timeline.t - newest.t, this.mostAhead(before, newest));
     blendInto(drawn, before, newest, 1 + ahead / (newest.t - before.t));
     drawn.extrapolated = true;
-    return newest.t + ahead;
+    drawn.t = newest.t + ahead;
   }
 
   private joined(a: Snapshot, b: Snapshot): boolean {
@@ -135,7 +141,7 @@ export class Interpolator {
   }
 
   /** Takes a wrong guess back little by little instead of at once, once the Tracks that it was a guess of are there. */
-  private settle(nowS: number, at: number): void {
+  private settle(nowS: number): void {
     const { drawn, guess, correction } = this;
     const length = 3 * drawn.count;
     const guessedFrom = this.guessedFrom;
@@ -155,7 +161,7 @@ export class Interpolator {
     if (guessedFrom >= 2 && come > 0 && come < KEPT - 2) {
       const b = this.ring[(guessedFrom - 1) % KEPT]!;
       const a = this.ring[(guessedFrom - 2) % KEPT]!;
-      const ahead = Math.min(at - b.t, this.mostAhead(a, b));
+      const ahead = Math.min(drawn.t - b.t, this.mostAhead(a, b));
       blendInto(guess, a, b, 1 + Math.max(0, ahead) / (b.t - a.t));
       this.correct(length);
     }
@@ -171,7 +177,7 @@ export class Interpolator {
     if (!this.correcting) correction.fill(0);
     this.correcting = true;
     for (let i = 0; i < length; i++) correction[i]! += guess.points[i]! - drawn.points[i]!;
-    if (Math.hypot(correction[0]!, correction[1]!, correction[2]!) > SETTLE_MOST_MM) this.correcting = false;
+    if (correction[0]! ** 2 + correction[1]! ** 2 + correction[2]! ** 2 > SETTLE_MOST_MM ** 2) this.correcting = false;
   }
 
   private mostAhead(before: Snapshot, newest: Snapshot): number {

@@ -15,12 +15,29 @@ export class Snapshot implements DrawnTrack {
   count = 0;
   readonly tip = new Float64Array(3);
   readonly orientation = new Float64Array([1, 0, 0, 0]);
-  roll: number | null = null;
   sigmaMm: number | null = null;
   extrapolated = false;
   stale = false;
   behindMs = 0;
-  delayMs: number | null = null;
+  /** Numbers that may be missing; NaN while they are. A field that holds either a number or null would allocate at each change. */
+  private rollOrNaN = NaN;
+  private delayOrNaN = NaN;
+
+  get roll(): number | null {
+    return Number.isNaN(this.rollOrNaN) ? null : this.rollOrNaN;
+  }
+
+  set roll(value: number | null) {
+    this.rollOrNaN = value ?? NaN;
+  }
+
+  get delayMs(): number | null {
+    return Number.isNaN(this.delayOrNaN) ? null : this.delayOrNaN;
+  }
+
+  set delayMs(value: number | null) {
+    this.delayOrNaN = value ?? NaN;
+  }
 
   /** Takes a Track as it came; one without a pose, or with fewer than two points, is taken as lost. */
   take(track: TrackMessage): void {
@@ -55,7 +72,7 @@ export class Snapshot implements DrawnTrack {
     this.points.set(other.points);
     this.tip.set(other.tip);
     this.orientation.set(other.orientation);
-    this.roll = other.roll;
+    this.rollOrNaN = other.rollOrNaN;
     this.sigmaMm = other.sigmaMm;
   }
 }

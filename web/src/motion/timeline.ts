@@ -1,5 +1,7 @@
 /** Which instant of the Tracks' clock to draw now: as late as is needed for the next Track to have come, and no later. */
 
+import { nth } from "../maths/statistics";
+
 /** Tracks that are looked back on. */
 const CAPACITY = 512;
 /** How long the quickest Track counts: clocks drift apart by less than a millisecond in that time. */
@@ -10,6 +12,8 @@ const IN_TIME = 0.98;
 const MARGIN_S = 0.002;
 /** A longer wait is felt as lag in the hand; what comes later than this is bridged by carrying on. */
 export const MOST_DELAY_S = 0.06;
+/** But at least so many intervals may be waited: a motion at 10 Hz that is carried on all the time overshoots at every stop. */
+const MOST_DELAY_INTERVALS = 1.2;
 /** How much slower and faster than true the drawn motion may run while the delay is being changed. */
 const SLOW_DOWN = 0.06;
 const SPEED_UP = 0.02;
@@ -33,8 +37,11 @@ export class Timeline {
   private count = 0;
   private newestT = 0;
   private base = 0;
-  private shift: number | null = null;
+  /** Of the Tracks' clock against the page's as it is drawn now; NaN: not yet. */
+  private shift = NaN;
   private lastNowS = 0;
+  /** The instant to draw, on the Tracks' clock. */
+  t = 0;
   /** What is waited for now, seconds. */
   delayS = 0;
   /** Median distance of the last Tracks, seconds. */
@@ -42,7 +49,7 @@ export class Timeline {
 
   clear(): void {
     this.count = 0;
-    this.shift = null;
+    this.shift = NaN;
     this.delayS = 0;
   }
 
@@ -60,14 +67,14 @@ export class Timeline {
     return begins;
   }
 
-  /** Returns the instant to draw now, on the Tracks' clock. Never goes back but when time has begun anew. */
-  at(nowS: number): number {
+  /** Works out the instant to draw now. It never goes back but when time has begun anew. */
+  step(nowS: number): void {
     const wanted = -this.base - this.delayS;
     const passed = Math.max(0, nowS - this.lastNowS);
     this.lastNowS = nowS;
-    if (this.shift === null || Math.abs(wanted - this.shift) > JUMP_S) this.shift = wanted;
+    if (!(Math.abs(wanted - this.shift) <= JUMP_S)) this.shift = wanted;
     else this.shift += Math.min(Math.max(wanted - this.shift, -SLOW_DOWN * passed), SPEED_UP * passed);
-    return nowS + this.shift;
+    this.t = nowS + this.shift;
   }
 
   private measure(nowS: number): void {
@@ -89,11 +96,12 @@ export class Timeline {
       if (nowS - this.arrivals[i]! > NEED_WINDOW_S || this.gaps[i]! <= 0) continue;
       this.sorted[known++] = this.gaps[i]! + this.lateness[i]! - base;
     }
-    this.delayS = Math.min(MOST_DELAY_S, this.quantile(known, IN_TIME) + MARGIN_S);
+    const most = Math.max(MOST_DELAY_S, MOST_DELAY_INTERVALS * this.intervalS);
+    this.delayS = Math.min(most, this.quantile(known, IN_TIME) + MARGIN_S);
   }
 
+  /** Returns a quantile of the first numbers of `sorted`, which come out of their order. */
   private quantile(known: number, share: number): number {
-    const sorted = this.sorted.subarray(0, known).sort();
-    return sorted[Math.min(known - 1, Math.floor(share * known))]!;
+    return nth(this.sorted, known, Math.min(known - 1, Math.floor(share * known)));
   }
 }

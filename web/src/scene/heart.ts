@@ -1,9 +1,10 @@
 /** The heart: loaded from the server's GLB and placed by the registration. */
 
-import { Group, Matrix4, Mesh, PropertyBinding, Quaternion, Vector3 } from "three";
+import { Group, Mesh, PropertyBinding } from "three";
 import type { BufferGeometry, Object3D } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import type { HeartDescription, RegistrationDescription } from "../generated/messages";
+import type { HeartDescription } from "../generated/messages";
+import { boxFromGltf } from "../maths/registration";
 import type { Settings } from "../settings";
 import { HeartPart } from "./heart_part";
 
@@ -66,23 +67,4 @@ export class Heart {
 /** Whether a mesh closes a valve's plane or a vessel's cut: a catheter passes there, so it is no wall and not drawn. */
 export function isCaps(mesh: Mesh): boolean {
   return !Array.isArray(mesh.material) && mesh.material.name === CAPS_MATERIAL;
-}
-
-/** Writes the transform from glTF's metres (x, z, -y of `ct`) to mm in `box`. */
-export function boxFromGltf(out: Matrix4, registration: RegistrationDescription): Matrix4 {
-  const ctFromGltf = new Matrix4().set(1000, 0, 0, 0, 0, 0, -1000, 0, 0, 1000, 0, 0, 0, 0, 0, 1);
-  return ctFromBox(out, registration).invert().multiply(ctFromGltf);
-}
-
-/** Writes the transform from mm in `box` to mm in `ct`. */
-export function ctFromBox(out: Matrix4, registration: RegistrationDescription): Matrix4 {
-  const { rotation_wxyz, translation_mm } = registration.ct_from_box;
-  const { scale, linear } = registration;
-  if (linear != null) {
-    const [[a, b, c], [d, e, f], [g, h, i]] = linear;
-    const [x, y, z] = translation_mm;
-    return out.set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
-  }
-  const [w, x, y, z] = rotation_wxyz;
-  return out.compose(new Vector3(...translation_mm), new Quaternion(x, y, z, w), new Vector3(scale, scale, scale));
 }

@@ -93,7 +93,7 @@ export class HeartLook implements Feature {
   /** Returns how far from the eye a part ends (sign 1) or begins (-1), mm. */
   private reach(part: HeartPart, sign: number): number {
     const x = part.centre.x - this.eye.x, y = part.centre.y - this.eye.y, z = part.centre.z - this.eye.z;
-    const distance = Math.hypot(x, y, z) || 1;
+    const distance = Math.sqrt(x * x + y * y + z * z) || 1;
     const extent = (Math.abs(x) * part.half.x + Math.abs(y) * part.half.y + Math.abs(z) * part.half.z) / distance;
     return distance + sign * extent;
   }

@@ -2,8 +2,10 @@
 
 import { Vector3 } from "three";
 import { fixed } from "../maths/format";
+import type { ReachBy } from "../maths/target";
 import type { Feature, Frame } from "../stage/feature";
 import type { Stage } from "../stage/stage";
+import type { TargetReadout } from "./target_readout";
 import { make, setText } from "../ui/dom";
 
 const EVERY_MS = 120;
@@ -16,7 +18,8 @@ export class PageReadout implements Feature {
   private readonly wall = make("p", "in-wall");
   private readonly targetRow = make("div", "target");
   private readonly name = make("strong");
-  private readonly figures = make("span", "far");
+  private readonly byTip = make("span", "far");
+  private readonly byBeam = make("span", "far");
   private readonly progress = make("progress");
   private readonly remove = button("Remove", "Take this target away", () => this.removeActive());
   private shownMs = -Infinity;
@@ -24,7 +27,7 @@ export class PageReadout implements Feature {
   constructor(private readonly stage: Stage) {
     const { targets } = stage;
     this.progress.max = 1;
-    this.progress.setAttribute("aria-label", "How long the tip has stayed within the target");
+    this.progress.setAttribute("aria-label", "How long the target has been kept");
     const row = make("div", "buttons");
     row.append(
       button("‹", "The target before", () => targets.step(-1)),
@@ -32,7 +35,9 @@ export class PageReadout implements Feature {
       button("Add at tip", "Place a target where the tip is; a double click on the heart places one there", () => this.addAtTip()),
       this.remove,
     );
-    this.targetRow.append(this.name, this.figures, this.progress, row);
+    this.byTip.title = "From the tip to the target, and between where it looks and the way there";
+    this.byBeam.title = "From the beam's middle line to the target, and between the beam and the way there";
+    this.targetRow.append(this.name, this.byTip, this.byBeam, this.progress, row);
     this.panel.append(this.delay, this.wall, this.targetRow);
     this.panel.hidden = true;
     stage.view.renderer.domElement.parentElement?.append(this.panel);
@@ -78,12 +83,14 @@ export class PageReadout implements Feature {
     this.targetRow.dataset["state"] = target?.reached ? "reached" : target?.within ? "within" : "away";
     this.progress.hidden = target === null || !target.within || target.reached;
     this.progress.value = target?.dwelt ?? 0;
+    this.byBeam.hidden = target === null;
     if (target === null) {
-      setText(this.figures, active === null ? "" : "the tip is not known");
+      setText(this.byTip, active === null ? "" : "the tip is not known");
+      delete this.byTip.dataset["counts"];
       return;
     }
-    const beam = target.beamAngleDeg === null || !store.value.ice ? "" : `, beam ${fixed(target.beamAngleDeg, 0)}°`;
-    setText(this.figures, `${fixed(target.distanceMm, 1)} mm, ${fixed(target.angleDeg, 0)}°${beam}${target.reached ? " – reached" : ""}`);
+    showPair(this.byTip, "tip", target.distanceMm, target.angleDeg, target);
+    showPair(this.byBeam, "beam", target.beamDistanceMm, target.beamAngleDeg, target);
   }
 
   private addAtTip(): void {
@@ -95,6 +102,19 @@ export class PageReadout implements Feature {
     const { targets } = this.stage;
     if (targets.active !== null) targets.remove(targets.active.id);
   }
+}
+
+/** Writes how far the tip or the beam is from a target; what counts stands out, and says what is good enough already. */
+function showPair(at: HTMLElement, by: ReachBy, mm: number | null, deg: number | null, target: TargetReadout): void {
+  const counts = target.by === by;
+  if (counts) at.dataset["counts"] = "";
+  else delete at.dataset["counts"];
+  if (mm === null || deg === null) {
+    setText(at, `${by}: direction unknown`);
+    return;
+  }
+  const good = (enough: boolean): string => (counts && enough ? " ✓" : "");
+  setText(at, `${by} ${fixed(mm, 1)} mm${good(target.near)}, ${fixed(deg, 0)}°${good(target.aligned)}${counts && target.reached ? " – reached" : ""}`);
 }
 
 function button(label: string, title: string, act: () => void): HTMLButtonElement {

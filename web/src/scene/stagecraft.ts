@@ -64,6 +64,7 @@ export class Stagecraft {
       endoscope: new EndoscopePicture(settings),
       targets: new TargetBook(pageStorage()),
       plates: [],
+      blood: null,
     };
     const follow = (): void => {
       this.catheter.pointing = !store.value.ice; // the beam itself says where it looks
@@ -101,7 +102,7 @@ export class Stagecraft {
 
   /** Forgets the Tracks of a link that has ended. */
   forget(): void {
-    this.motion.clear();
+    this.motion.forget();
   }
 
   /**

@@ -2,7 +2,8 @@
 
 import { Matrix4, Vector3 } from "three";
 import type { SceneDescription, TargetDescription } from "../generated/messages";
-import { ctFromBox } from "./heart";
+import { ctFromBox } from "../maths/registration";
+import type { ReachRule } from "../maths/target";
 
 export interface Target {
   /** Its own within the book. */
@@ -14,6 +15,8 @@ export interface Target {
   readonly radiusMm: number;
   /** Placed by a person, who may take it away again. */
   readonly own: boolean;
+  /** What it takes to reach it, where that is not the usual. Such a target is not kept for the next visit. */
+  readonly rule?: ReachRule;
 }
 
 /** As it is kept for the next visit: mm in the heart's own frame, so that a new registration moves it along. */
@@ -67,6 +70,15 @@ export class TargetBook {
     this.list.push(target);
     this.chosen = target.id;
     this.keep();
+    this.change();
+    return target;
+  }
+
+  /** Places a target for the moment, with a rule of its own, and makes it the one in force. point: mm, `box`. */
+  addPassing(point: Vector3, name: string, rule: ReachRule): Target {
+    const target = { id: `own-${++this.placed}`, name, position: point.clone(), radiusMm: rule.radiusMm, own: true, rule };
+    this.list.push(target);
+    this.chosen = target.id;
     this.change();
     return target;
   }
@@ -127,7 +139,7 @@ export class TargetBook {
   }
 
   private keep(): void {
-    const kept = this.list.filter(({ own }) => own).map(({ name, position, radiusMm }): Kept => {
+    const kept = this.list.filter(({ own, rule }) => own && rule === undefined).map(({ name, position, radiusMm }): Kept => {
       const at = position.clone().applyMatrix4(this.heartFromBox);
       return { name, at: [at.x, at.y, at.z], radiusMm };
     });

@@ -1,19 +1,18 @@
-/** The places to reach and the landmarks, drawn; and the watch over the one in force. */
+/** The places to reach and the landmarks, drawn; and what happens when the one in force is reached. */
 
 import {
-  BufferAttribute, BufferGeometry, Color, DynamicDrawUsage, Group, InstancedMesh, Line, LineDashedMaterial, Matrix4, Mesh, MeshLambertMaterial,
-  Quaternion, Raycaster, SphereGeometry, Vector2, Vector3,
+  BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Group, InstancedMesh, Line, LineDashedMaterial, Matrix4, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, Quaternion, Raycaster, RingGeometry, SphereGeometry, Vector2, Vector3,
 } from "three";
 import type { Sprite } from "three";
 import type { SceneDescription } from "../generated/messages";
-import { ARRAY_BEHIND_TIP_MM } from "../ice/transducer";
-import type { TargetMeasure } from "../maths/target";
-import { Dwell, measureTarget } from "../maths/target";
+import type { ReachBy } from "../maths/target";
 import type { Feature, Frame } from "../stage/feature";
 import type { Stage } from "../stage/stage";
-import { makeLabel } from "./label";
+import type { LabelMaker } from "./declutter";
+import { makeLabel, RANK } from "./label";
 import type { Target } from "./target_book";
-import type { TargetReadout } from "./target_readout";
+import { TargetWatch } from "./target_watch";
 import { ReachedTone } from "./tone";
 
 const COLOUR = 0xffd166;
@@ -23,30 +22,29 @@ const LANDMARK_COLOUR = "#ffd166";
 /** Those that are not in force are small: where they are, not how large. */
 const OTHER_MM = 1.6;
 const BALL_ORDER = 30;
+const RING_ORDER = 41;
 const LABEL_ABOVE_MM = 4;
 
-/** Told when a target is reached. secondsS: since it was put in force. */
-export type OnReached = (target: Target, secondsS: number) => void;
+/** The ring that fills while one stays within a target: of its radius, and how finely. */
+const RING = { inner: 1.18, outer: 1.34, steps: 60, leastMm: 3 };
 
-export class Targets implements Feature {
+/** Told once when a target is reached. t: the instant by the Tracks' clock, s; how: by the tip or by the beam. */
+export type OnReached = (id: string, t: number, how: ReachBy) => void;
+
+export class Targets implements Feature, LabelMaker {
   onReached: OnReached = () => undefined;
-  readonly dwell = new Dwell();
+  labelsVersion = 0;
+  readonly watch = new TargetWatch();
   private readonly group = new Group();
   private readonly ball: Mesh<SphereGeometry, MeshLambertMaterial>;
+  private readonly ring: Mesh<RingGeometry, MeshBasicMaterial>;
   private readonly way: Line<BufferGeometry, LineDashedMaterial>;
   private readonly wayEnds = new BufferAttribute(new Float32Array(6), 3).setUsage(DynamicDrawUsage);
   private readonly wayLengths = new BufferAttribute(new Float32Array(2), 1).setUsage(DynamicDrawUsage);
   private others: InstancedMesh<SphereGeometry, MeshLambertMaterial> | null = null;
   private labels: Sprite[] = [];
   private readonly tone = new ReachedTone();
-  private readonly measure: TargetMeasure = { distanceMm: 0, angleDeg: 0, beamAngleDeg: 0 };
-  /** Middle of the array's face in the tip's frame, mm. */
-  private readonly array: [number, number, number] = [1.5, 0, -ARRAY_BEHIND_TIP_MM];
-  private readonly figures: { -readonly [K in keyof TargetReadout]: TargetReadout[K] } = {
-    name: "", distanceMm: 0, angleDeg: 0, beamAngleDeg: null, within: false, dwelt: 0, reached: false,
-  };
-  private watched = "";
-  private watchedS = 0;
+  private readonly boxTurn = new Quaternion();
   private dirty = true;
   private builtFrom = "";
   private shownShare = -1;
@@ -59,8 +57,13 @@ export class Targets implements Feature {
     this.way = new Line(geometry, new LineDashedMaterial({ color: COLOUR, dashSize: 2, gapSize: 1.5, transparent: true, opacity: 0.8 }));
     this.way.frustumCulled = false;
     this.way.renderOrder = BALL_ORDER;
+    // From the top, clockwise; seen through everything.
+    const ring = new RingGeometry(RING.inner, RING.outer, RING.steps, 1, Math.PI / 2, -2 * Math.PI);
+    this.ring = new Mesh(ring, new MeshBasicMaterial({ color: REACHED_COLOUR, side: DoubleSide, transparent: true, depthTest: false }));
+    this.ring.renderOrder = RING_ORDER;
+    this.ring.visible = false;
     this.group.name = "targets";
-    this.group.add(this.ball, this.way);
+    this.group.add(this.ball, this.way, this.ring);
     stage.view.box.add(this.group);
     const refresh = (): void => void (this.dirty = true);
     stage.store.listen(refresh);
@@ -70,32 +73,39 @@ export class Targets implements Feature {
   }
 
   describe(scene: SceneDescription): void {
-    this.array[0] = scene.catheter_diameter_mm / 2;
-    this.restart();
+    this.watch.describe(scene.catheter_diameter_mm);
+    this.dirty = true;
+    this.labelsVersion += 1; // the box's own labels are new too
   }
 
   update(frame: Frame): boolean {
     const changed = this.dirty && this.rebuild();
     this.dirty = false;
-    const { store, targets, tip } = this.stage;
+    const { store, targets, tip, readout } = this.stage;
     const target = store.value.targets ? targets.active : null;
-    const known = target !== null && tip.valid && frame.track?.stale === false;
+    const { track } = frame;
+    const known = target !== null && tip.valid && track !== null && !track.stale;
     this.ball.visible = target !== null;
     this.way.visible = known;
     if (!known) {
-      this.dwell.interrupt();
-      this.stage.readout.target = null;
-      return this.paint() || changed;
+      this.watch.interrupt();
+      readout.target = null;
+      return this.paint(frame) || changed;
     }
-    this.watch(target, frame.dtS);
+    const { watch } = this;
+    const reached = watch.step(target, tip, track, store.value.ice, store.value.depthMm);
+    readout.target = watch.figures;
+    if (reached) {
+      if (store.value.sound) this.tone.play();
+      this.onReached(target.id, track.t, watch.by);
+    }
     this.pointTo(target);
-    return this.paint() || changed;
+    return this.paint(frame) || changed;
   }
 
   /** Begins the watch over the present target anew: it counts as not reached. */
   restart(): void {
-    this.dwell.clear();
-    this.watchedS = 0;
+    this.watch.restart();
     this.dirty = true;
   }
 
@@ -114,43 +124,26 @@ export class Targets implements Feature {
     if (met !== undefined) targets.add(view.box.worldToLocal(met.point.clone()));
   }
 
-  private watch(target: Target, dtS: number): void {
-    const { tip, store } = this.stage;
-    if (target.id !== this.watched) {
-      this.watched = target.id;
-      this.dwell.clear();
-      this.watchedS = 0;
-    }
-    this.watchedS += dtS;
-    const { measure, figures, dwell } = this;
-    const { x, y, z } = target.position;
-    measureTarget(measure, tip.matrix.elements, x, y, z, this.array);
-    const reached = dwell.step(measure.distanceMm, measure.angleDeg, dtS);
-    figures.name = target.name;
-    figures.distanceMm = measure.distanceMm;
-    figures.angleDeg = measure.angleDeg;
-    figures.beamAngleDeg = tip.beam ? measure.beamAngleDeg : null;
-    figures.within = dwell.within;
-    figures.dwelt = dwell.share;
-    figures.reached = dwell.reached;
-    this.stage.readout.target = figures;
-    if (!reached) return;
-    if (store.value.sound) this.tone.play();
-    this.onReached(target, this.watchedS);
-  }
-
-  /** Draws the way from the tip to the target. */
-  private pointTo(target: Target): void {
-    const from = this.stage.tip.matrix.elements;
-    const { x, y, z } = target.position;
-    this.wayEnds.setXYZ(0, from[12]!, from[13]!, from[14]!).setXYZ(1, x, y, z);
-    this.wayLengths.setX(1, this.measure.distanceMm);
+  /** Draws the way that counts: from the tip, or across from the beam's middle line. */
+  private pointTo({ position }: Target): void {
+    const { figures } = this.watch;
+    const m = this.stage.tip.matrix.elements;
+    const byBeam = figures.by === "beam" && figures.beamDistanceMm !== null;
+    const from = byBeam ? this.watch.foot : null;
+    this.wayEnds.setXYZ(0, from?.[0] ?? m[12]!, from?.[1] ?? m[13]!, from?.[2] ?? m[14]!).setXYZ(1, position.x, position.y, position.z);
+    this.wayLengths.setX(1, byBeam ? figures.beamDistanceMm! : figures.distanceMm);
     this.wayEnds.needsUpdate = this.wayLengths.needsUpdate = true;
   }
 
-  /** Colours the target by how far it is from being reached; returns whether that has changed. */
-  private paint(): boolean {
-    const { dwell, ball } = this;
+  /** Colours the target by how far it is from being reached, and fills its ring; returns whether that has changed. */
+  private paint(frame: Frame): boolean {
+    const { watch: { dwell }, ball, ring, stage: { view } } = this;
+    ring.visible = ball.visible && dwell.within && !dwell.reached;
+    if (ring.visible) {
+      const eye = frame.immersive ? view.head.orientation : view.camera.quaternion;
+      ring.quaternion.copy(view.box.getWorldQuaternion(this.boxTurn).invert().multiply(eye));
+      ring.geometry.setDrawRange(0, 6 * Math.ceil(RING.steps * dwell.share));
+    }
     const share = dwell.reached ? 2 : dwell.within ? dwell.share : -1;
     if (share === this.shownShare) return false;
     this.shownShare = share;
@@ -173,20 +166,23 @@ export class Targets implements Feature {
     if (active !== null) {
       this.ball.position.copy(active.position);
       this.ball.scale.setScalar(active.radiusMm);
+      this.ring.position.copy(active.position);
+      this.ring.scale.setScalar(Math.max(RING.leastMm, active.radiusMm));
     }
     const others = targets.targets.filter((target) => target !== active && (reaching || (landmarks && !target.own)));
     this.others = makeDots(others);
     if (this.others !== null) this.group.add(this.others);
     for (const target of targets.targets) {
-      if (target === active || (landmarks && !target.own)) this.addLabel(target, target === active ? "#ffffff" : LANDMARK_COLOUR);
+      if (target === active || (landmarks && !target.own)) this.addLabel(target, target === active);
     }
     this.shownShare = NaN;
+    this.labelsVersion += 1;
     view.resize();
     return true;
   }
 
-  private addLabel(target: Target, colour: string): void {
-    const label = makeLabel(target.name, colour);
+  private addLabel(target: Target, active: boolean): void {
+    const label = active ? makeLabel(target.name, "#ffffff", RANK.active) : makeLabel(target.name, LANDMARK_COLOUR, RANK.place);
     label.position.copy(target.position).setZ(target.position.z + target.radiusMm + LABEL_ABOVE_MM);
     this.labels.push(label);
     this.group.add(label);

@@ -8,6 +8,8 @@ const LOUDNESS = 0.16;
 export class ReachedTone {
   private context: AudioContext | null = null;
 
+  constructor(private readonly notesHz: readonly number[] = NOTES_HZ, private readonly loudness = LOUDNESS) {}
+
   /** Makes ready for sound; browsers allow that only while a person touches the page. */
   wake(): void {
     if (typeof AudioContext === "undefined") return;
@@ -18,13 +20,13 @@ export class ReachedTone {
   play(): void {
     const { context } = this;
     if (context === null || context.state !== "running") return;
-    NOTES_HZ.forEach((frequency, i) => {
+    this.notesHz.forEach((frequency, i) => {
       const begin = context.currentTime + i * NOTE_S;
       const gain = context.createGain();
       const tone = context.createOscillator();
       tone.frequency.value = frequency;
       gain.gain.setValueAtTime(0.0001, begin);
-      gain.gain.exponentialRampToValueAtTime(LOUDNESS, begin + 0.015);
+      gain.gain.exponentialRampToValueAtTime(this.loudness, begin + 0.015);
       gain.gain.exponentialRampToValueAtTime(0.001, begin + NOTE_S * (i + 1.6));
       tone.connect(gain).connect(context.destination);
       tone.start(begin);

@@ -54,6 +54,10 @@ export class View {
   /** Of a headset's wearer, in the room, m. */
   readonly head = { position: new Vector3(), orientation: new Quaternion() };
   private readonly eye = new Vector3();
+  /** Called before every picture of a headset, when all that is in it is where it belongs. */
+  onBeforePicture: () => void = () => undefined;
+  /** Counts when labels may have come or gone. */
+  labelsVersion = 0;
   private immersed = false;
   private readonly desktop = { position: new Vector3(), orientation: new Quaternion(), near: 0, far: 0 };
   private labelScale = 1;
@@ -162,6 +166,7 @@ export class View {
   draw(nowMs: number): boolean {
     if (this.immersed) {
       this.dirty = false;
+      this.onBeforePicture();
       this.renderer.render(this.scene, this.camera);
       this.count();
       return true;
@@ -197,6 +202,7 @@ export class View {
 
   /** Fits the picture to the page's layout; also to be called after labels were added. */
   resize(): void {
+    this.labelsVersion += 1;
     if (this.immersed) {
       fitLabels(this.scene, HEADSET_LABEL_PX, this.labelScale);
       return;

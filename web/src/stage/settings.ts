@@ -163,6 +163,11 @@ export class SettingsStore {
     return this.lockedBy;
   }
 
+  /** Whether another person's settings are shown. */
+  get borrowed(): boolean {
+    return this.lent !== null;
+  }
+
   /** Whether a setting cannot be changed now: it is locked, or another person's settings are borrowed. */
   locked(key: SettingKey): boolean {
     return this.lent !== null || (this.lockedBy !== null && key in this.lockedBy.values);

@@ -12,6 +12,7 @@ import type { TargetBook } from "../scene/target_book";
 import type { View } from "../scene/view";
 import type { Settings } from "../settings";
 import type { TipPose } from "./feature";
+import type { Blood } from "../xr/standpoint";
 import type { SettingsStore } from "./settings";
 
 /** scene > world > box: `world` is moved, turned and scaled as a whole; `box` is mm, turned so that y is up in the scene. */
@@ -32,4 +33,6 @@ export interface Stage {
   readonly targets: TargetBook;
   /** Pictures that stand in a headset's room now: to be pointed at and moved. */
   readonly plates: Plate[];
+  /** Where the blood is; null until that is known. Set by the wall's feature. */
+  blood: Blood | null;
 }

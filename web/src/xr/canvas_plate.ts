@@ -1,6 +1,6 @@
 /** A plate that is written and drawn on: a canvas as a texture, sent to the graphics card only when it was redrawn. */
 
-import { CanvasTexture, Group, LinearFilter, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace } from "three";
+import { CanvasTexture, Group, LinearFilter, Mesh, MeshBasicMaterial, PlaneGeometry, SRGBColorSpace, Vector4 } from "three";
 import type { Plate } from "../flat/plate";
 
 export const FONT = 'system-ui, "Segoe UI", Roboto, sans-serif';
@@ -13,6 +13,10 @@ export const INK = {
   good: "#4ade80", warn: "#fbbf24", bad: "#ff6b6b", idle: "#9fb1c4",
 } as const;
 
+const LIT = `
+vec2 within = step(lit.xy, vMapUv) * step(vMapUv, lit.zw);
+diffuseColor.rgb = mix(diffuseColor.rgb, vec3(1.0), 0.03 * within.x * within.y);`;
+
 export abstract class CanvasPlate implements Plate {
   readonly group = new Group();
   readonly widthM: number;
@@ -20,6 +24,8 @@ export abstract class CanvasPlate implements Plate {
   protected readonly context: CanvasRenderingContext2D;
   private readonly texture: CanvasTexture;
   private readonly material: MeshBasicMaterial;
+  /** Left, lower, right and upper edge of what is lit up, 0 to 1. */
+  private readonly lit = { value: new Vector4() };
 
   /** Sizes in mm; `sharpness`: pixels a mm. One unit of the drawing is one mm, from the upper left corner. */
   constructor(readonly title: string, readonly widthMm: number, readonly heightMm: number, sharpness: number, order = PLATE_ORDER) {
@@ -35,6 +41,12 @@ export abstract class CanvasPlate implements Plate {
     this.texture.minFilter = LinearFilter;
     this.texture.generateMipmaps = false;
     this.material = new MeshBasicMaterial({ map: this.texture, transparent: true, toneMapped: false });
+    this.material.onBeforeCompile = (shader) => {
+      shader.uniforms["lit"] = this.lit;
+      shader.fragmentShader = shader.fragmentShader
+        .replace("#include <common>", "#include <common>\nuniform vec4 lit;")
+        .replace("#include <map_fragment>", `#include <map_fragment>\n${LIT}`);
+    };
     const mesh = new Mesh(new PlaneGeometry(this.widthM, this.heightM), this.material);
     mesh.renderOrder = order;
     this.group.name = title;
@@ -51,6 +63,15 @@ export abstract class CanvasPlate implements Plate {
     this.context.clearRect(0, 0, this.widthMm, this.heightMm);
     this.paint(this.context);
     this.texture.needsUpdate = true;
+  }
+
+  /** Lights up a part of it without drawing it anew; null: nothing. */
+  protected light(at: Rect | null): void {
+    if (at === null) this.lit.value.set(0, 0, 0, 0);
+    else {
+      const { widthMm: w, heightMm: h } = this;
+      this.lit.value.set(at.x / w, 1 - (at.y + at.h) / h, (at.x + at.w) / w, 1 - at.y / h);
+    }
   }
 
   /** Lets the plate be seen before everything, however near that is. */

@@ -3,15 +3,17 @@
 import { Quaternion, Vector3 } from "three";
 import type { Line, NoticeWords, Tone } from "./hud_words";
 import { box, CanvasPlate, INK, PLATE_ORDER, write } from "./canvas_plate";
+import type { Clearing } from "./clearing";
+import { azimuthOf, elevationOf } from "./clearing";
 import { facing } from "./interaction";
 import type { Head } from "./placement";
 
-const WIDTH = 360;
-const LINE = 38;
-const LINES = 4;
+const WIDTH = 350;
+const LINE = 36;
+const LINES = 5;
 const MARGIN = 14;
-/** Capitals are 1.2 degrees high at the distance below. */
-const EM = 24.5;
+/** Capitals are 1.1 degrees high at the distance below. */
+const EM = 23;
 const AHEAD_M = 0.82;
 const DOWN_RAD = (21 * Math.PI) / 180;
 /** Nothing moves until the head has turned this far; then it comes along until it is back in place. */
@@ -36,11 +38,13 @@ export class LazyFollower {
     this.wanted.set(0, 0, 0);
   }
 
-  update(plate: CanvasPlate, head: Head, dtS: number): void {
+  /** room: where there is room for it; null: it goes before everything. */
+  update(plate: CanvasPlate, head: Head, dtS: number, room: Clearing | null): void {
     const first = this.wanted.lengthSq() === 0;
-    work.direction.set(0, -Math.sin(this.downRad), -Math.cos(this.downRad)).applyQuaternion(head.orientation);
-    this.wanted.copy(head.position).addScaledVector(work.direction, this.aheadM);
     const { position } = plate.group;
+    work.direction.set(0, -Math.sin(this.downRad), -Math.cos(this.downRad)).applyQuaternion(head.orientation);
+    if (room !== null) this.keepClear(plate, head, room);
+    this.wanted.copy(head.position).addScaledVector(work.direction, this.aheadM);
     work.present.subVectors(position, head.position);
     const away = work.present.lengthSq() < 1e-9 ? Math.PI : work.present.angleTo(work.direction);
     const distance = work.present.length();
@@ -50,6 +54,18 @@ export class LazyFollower {
     else if (this.following) position.lerp(this.wanted, 1 - Math.exp(-dtS / FOLLOW_S));
     plate.group.quaternion.copy(facing(work.turn, position, head.position));
     plate.group.updateMatrixWorld(true);
+  }
+
+  /** Turns the wanted direction up or down to where nothing is, and follows when something has come to where the plate is. */
+  private keepClear(plate: CanvasPlate, head: Head, room: Clearing): void {
+    const halfHeight = Math.atan(plate.heightM / 2 / this.aheadM);
+    const azimuth = azimuthOf(work.direction);
+    const wanted = elevationOf(work.direction);
+    const halfWidth = Math.atan(plate.widthM / 2 / this.aheadM) / Math.max(0.2, Math.cos(wanted));
+    const free = room.nearest(azimuth, wanted, halfWidth, halfHeight);
+    if (free !== wanted) work.direction.set(Math.sin(azimuth) * Math.cos(free), Math.sin(free), -Math.cos(azimuth) * Math.cos(free));
+    work.present.subVectors(plate.group.position, head.position);
+    if (room.blocked(azimuthOf(work.present), elevationOf(work.present), halfWidth, halfHeight)) this.following = true;
   }
 }
 

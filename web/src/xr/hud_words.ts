@@ -32,19 +32,27 @@ export function hudLines(now: HudFigures): Line[] {
     const roll = now.rollRad === null ? soft("roll unknown") : text(`roll ${degrees((now.rollRad * 180) / Math.PI)}`);
     lines.push({ left: text(`${Math.round(now.insertedMm)} mm inserted`), right: roll });
   }
-  if (now.target !== null) lines.push(targetLine(now.target));
+  if (now.target !== null) lines.push(...targetLines(now.target));
   if (now.wall.state === "ready" && now.wall.count > 0) {
     lines.push({ left: { text: `In the wall, ${now.wall.depthMm.toFixed(1)} mm deep`, tone: "warn" }, right: null });
   }
   return lines;
 }
 
-function targetLine(target: TargetReadout): Line {
-  const angle = target.beamAngleDeg ?? target.angleDeg;
-  const figures = `${target.distanceMm.toFixed(target.distanceMm < 10 ? 1 : 0)} mm, ${degrees(angle)}`;
-  if (target.reached) return { left: { text: `${target.name}: reached`, tone: "good" }, right: { text: figures, tone: "good" } };
-  const tone = target.within ? "good" : "text";
-  return { left: { text: `To ${target.name}`, tone }, right: { text: figures, tone } };
+/** What counts comes first, the other pair of figures softly below it. */
+function targetLines(target: TargetReadout): Line[] {
+  const tip = `tip ${millimetres(target.distanceMm)}, ${degrees(target.angleDeg)}`;
+  const { beamDistanceMm, beamAngleDeg } = target;
+  const beam = beamDistanceMm === null || beamAngleDeg === null ? "beam unknown" : `beam ${millimetres(beamDistanceMm)}, ${degrees(beamAngleDeg)}`;
+  const [counts, other] = target.by === "tip" ? [tip, beamDistanceMm === null ? null : beam] : [beam, tip];
+  const tone = target.reached || target.within ? "good" : "text";
+  const name = target.reached ? `${target.name}: reached` : `To ${target.name}`;
+  const first: Line = { left: { text: name, tone }, right: { text: counts, tone } };
+  return other === null ? [first] : [first, { left: soft(""), right: soft(other) }];
+}
+
+function millimetres(value: number): string {
+  return `${value.toFixed(value < 9.95 ? 1 : 0)} mm`;
 }
 
 function degrees(value: number): string {

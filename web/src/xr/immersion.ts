@@ -1,20 +1,26 @@
 /** The headset: its sessions, the viewer's hands, where the world stands, the menu, the numbers and what must not be missed. */
 
-import { Color } from "three";
+import { Color, Vector3 } from "three";
+import type { Scene } from "three";
 import type { SceneDescription } from "../generated/messages";
 import type { Plate } from "../flat/plate";
 import type { DrawnTrack } from "../motion/drawn";
 import type { Feature, Frame } from "../stage/feature";
 import type { Stage } from "../stage/stage";
 import type { Condition } from "../ui/condition";
-import { HandDrawing } from "./drawings";
+import { HandDrawings } from "./drawings";
+import { Clearing } from "./clearing";
 import { HandCut } from "./hand_cut";
+import { HeartBatch } from "./heart_batch";
+import { isShown } from "./hits";
 import { CONTROLLER_HELP, HAND_HELP } from "./help_words";
 import { Hud, Notice } from "./hud";
 import { hudLines, noticeOf } from "./hud_words";
 import { Interaction } from "./interaction";
+import { LabelBatch } from "./label_batch";
 import { Menu } from "./menu";
-import type { Act } from "./menu_model";
+import type { Act, Situation, TargetAct } from "./menu_model";
+import { nextArm } from "./menu_model";
 import type { Head, Placement } from "./placement";
 import { Places } from "./places";
 import type { PressKind } from "./pointer";
@@ -24,6 +30,11 @@ import { XrSessions } from "./sessions";
 import { WristButton } from "./wrist";
 
 const SAY_EVERY_MS = 200;
+/** Of the heart with its vessels, at true scale. */
+const HEART_RADIUS_M = 0.075;
+/** So much enlarged, the heart is around its viewer: the box is out of place, and walls are to be seen as walls. */
+const NEARLY_INSIDE = 4;
+const WALL_OPACITY = 0.82;
 /** The first frames may come before the headset knows where it is. */
 const SETTLED_FRAMES = 3;
 /** xr-standard mapping. */
@@ -41,7 +52,9 @@ export class Immersion implements Feature {
   private readonly hud = new Hud();
   private readonly wrist: WristButton;
   readonly pointers: readonly [Pointer, Pointer];
-  private readonly hands: readonly [HandDrawing, HandDrawing];
+  private readonly hands: HandDrawings;
+  private readonly heart: HeartBatch;
+  private readonly labels: LabelBatch;
   private readonly interaction: Interaction;
   private readonly cut: HandCut;
   private readonly own: readonly Plate[];
@@ -53,18 +66,22 @@ export class Immersion implements Feature {
   private framesIn = -1;
   private saidMs = -Infinity;
   private bare = false;
+  private readonly place = new Vector3();
+  private readonly clearing = new Clearing();
 
   constructor(private readonly stage: Stage) {
-    const { view, world, tip, settings } = stage;
+    const { view, settings } = stage;
     const low = settings.material === "lambert";
     this.sessions = new XrSessions(view, { scale: settings.pixelRatio ?? 1, foveation: low ? 1 : 0.6 });
     this.head = view.head;
-    this.places = new Places(world, view.box, tip, view.camera);
+    this.places = new Places(stage, view.camera);
     this.menu = new Menu({
       store: stage.store,
       parts: () => this.parts,
       helpLines: () => (this.bare ? HAND_HELP : CONTROLLER_HELP),
       canGuide: () => this.guide !== null,
+      target: () => this.targetNow(),
+      tip: () => stage.tip.valid,
       onAct: (act) => this.act(act),
     });
     this.wrist = new WristButton(() => this.menu.toggle(this.head));
@@ -77,9 +94,13 @@ export class Immersion implements Feature {
     };
     this.pointers = [new Pointer(xr, 0, handlers), new Pointer(xr, 1, handlers)];
     this.interaction = new Interaction(this.pointers, this.places.grab, () => this.pointable, () => undefined);
-    this.hands = [new HandDrawing(this.pointers[0], view.scene), new HandDrawing(this.pointers[1], view.scene)];
+    this.hands = new HandDrawings(this.pointers, view.scene);
+    this.heart = new HeartBatch(stage.heart, view.box);
+    this.labels = new LabelBatch(view.scene, view.box);
     this.cut = new HandCut(stage.cuts, view.box, this.interaction);
     view.scene.add(this.menu.group, this.wrist.group, this.hud.group, this.notice.group);
+    view.onBeforePicture = () => this.gather();
+    stage.targets.listen(() => this.menu.refresh());
     this.watch();
   }
 
@@ -109,11 +130,18 @@ export class Immersion implements Feature {
     this.wrist.update(this.pointers, head);
     this.menu.update(frame.nowMs);
     this.say(frame);
-    for (let hand = 0; hand < 2; hand++) {
-      const pointer = this.pointers[hand]!;
-      this.hands[hand]!.update(this.interaction.hitOf(pointer), this.interaction.grabs(pointer));
-    }
+    this.hands.update(this.interaction);
     return true;
+  }
+
+  /** Comes after all that stands in the scene is as it should be: draws it in fewer calls. */
+  private gather(): void {
+    if (!this.stage.view.immersive) return;
+    const inside = this.places.scale >= NEARLY_INSIDE;
+    const roi = this.stage.view.box.getObjectByName("roi");
+    if (roi !== undefined) roi.visible = !inside;
+    this.heart.update(inside ? WALL_OPACITY : 0);
+    this.labels.update(this.stage.view.labelsVersion);
   }
 
   /** Puts the world somewhere before or around the viewer. */
@@ -125,6 +153,21 @@ export class Immersion implements Feature {
   get background(): string | null {
     const { background } = this.stage.view.scene;
     return background instanceof Color ? `#${background.getHexString()}` : null;
+  }
+
+  get scene(): Scene {
+    return this.stage.view.scene;
+  }
+
+  /** Takes a point of `box`, mm, to where it is drawn in the room, m; in place. */
+  roomFromBox(point: Vector3): Vector3 {
+    const { box } = this.stage.view;
+    box.updateWorldMatrix(true, false);
+    return point.applyMatrix4(box.matrixWorld);
+  }
+
+  shownPlates(): Plate[] {
+    return [this.hud, this.notice, ...this.own, ...this.stage.plates].filter(isShown);
   }
 
   clearTimes(): void {
@@ -175,7 +218,11 @@ export class Immersion implements Feature {
     this.menu.close();
     this.notice.say(null);
     for (const plate of [this.hud, this.wrist]) plate.group.visible = false;
-    for (const hand of this.hands) hand.hide();
+    this.hands.hide();
+    this.heart.release();
+    const roi = this.stage.view.box.getObjectByName("roi");
+    if (roi !== undefined) roi.visible = true;
+    this.labels.release();
     this.showFloor();
   }
 
@@ -221,6 +268,34 @@ export class Immersion implements Feature {
     if ("place" in act) this.go(act.place);
     if ("leave" in act) this.sessions.leave();
     if ("guide" in act) this.guide?.();
+    if ("target" in act) this.actOnTarget(act.target);
+    if ("arm" in act) this.turnArm(act.arm, act.by);
+    if ("parts" in act) this.showParts(act.parts === "show");
+  }
+
+  private actOnTarget(what: TargetAct): void {
+    const { targets, tip } = this.stage;
+    if (what === "next") targets.step(1);
+    else if (what === "previous") targets.step(-1);
+    else if (what === "add" && tip.valid) targets.add(this.place.setFromMatrixPosition(tip.matrix));
+    else if (what === "remove" && targets.active?.own === true) targets.remove(targets.active.id);
+  }
+
+  private targetNow(): Situation["target"] {
+    const { active, targets } = this.stage.targets;
+    if (active === null) return null;
+    return { name: active.name, own: active.own, number: targets.indexOf(active) + 1, count: targets.length };
+  }
+
+  private turnArm(arm: 0 | 1, by: number): void {
+    const { store } = this.stage;
+    const turned = nextArm(store.value.arms[arm], by);
+    store.set({ arms: arm === 0 ? [turned, store.value.arms[1]] : [store.value.arms[0], turned] });
+  }
+
+  private showParts(visible: boolean): void {
+    const { store } = this.stage;
+    store.set({ parts: Object.fromEntries(this.parts.map(({ name }) => [name, { ...store.part(name), visible }])) });
   }
 
   private say(frame: Frame): void {
@@ -231,8 +306,19 @@ export class Immersion implements Feature {
       notice.say(this.condition === null ? null : noticeOf(this.condition));
       if (hud.visible) hud.say(hudLines(this.figures(frame.track)));
     }
-    if (hud.visible) hud.follower.update(hud, this.head, frame.dtS);
-    if (notice.visible) notice.follower.update(notice, this.head, frame.dtS);
+    if (hud.visible) hud.follower.update(hud, this.head, frame.dtS, this.findRoom());
+    if (notice.visible) notice.follower.update(notice, this.head, frame.dtS, null);
+  }
+
+  /** Where the numbers may stand: not over the heart, nor over what is to be read or pressed. */
+  private findRoom(): Clearing {
+    const { clearing, places, pointable } = this;
+    clearing.begin(this.head);
+    if (this.stage.world.visible && places.scale < NEARLY_INSIDE) {
+      clearing.ball(places.grab.world.apply(this.place.copy(places.centre)), HEART_RADIUS_M * places.scale);
+    }
+    for (const plate of pointable) if (plate !== this.wrist && isShown(plate)) clearing.plate(plate);
+    return clearing;
   }
 
   private figures(track: DrawnTrack | null): Parameters<typeof hudLines>[0] {

@@ -1,11 +1,11 @@
 /** The menu in the scene: a plate with the page's own settings, for a ray, a pinch or a fingertip. */
 
-import { Mesh, MeshBasicMaterial, PlaneGeometry, Quaternion, Vector3 } from "three";
+import { Quaternion, Vector3 } from "three";
 import type { PointerPhase } from "../flat/plate";
 import type { SettingsStore } from "../stage/settings";
-import { CanvasPlate, PLATE_ORDER } from "./canvas_plate";
+import { CanvasPlate } from "./canvas_plate";
 import { facing } from "./interaction";
-import { HEIGHT, rowRect, shareAlong, spotAt, WIDTH } from "./menu_layout";
+import { controlRect, HEIGHT, rowRect, segments, shareAlong, spotAt, WIDTH } from "./menu_layout";
 import type { Spot } from "./menu_layout";
 import type { Act, Row, Situation, Tab } from "./menu_model";
 import { rowsOf, slid, toggled } from "./menu_model";
@@ -15,8 +15,10 @@ import { levelForward } from "./placement";
 
 /** Pixels a mm: about 23 a degree, as fine as a present headset shows. */
 const SHARPNESS = 2.3;
-const AHEAD_M = 0.55;
-const BELOW_M = 0.12;
+/** To the right of the heart, at arm's length: neither covers it nor what stands to its left. */
+const AHEAD_M = 0.5;
+const RIGHT_M = 0.36;
+const BELOW_M = 0.14;
 /** A dragged slider is drawn anew this often at most. */
 const REDRAW_MS = 40;
 const work = { forward: new Vector3(), place: new Vector3(), turn: new Quaternion() };
@@ -27,6 +29,9 @@ export interface MenuParts {
   helpLines(): readonly string[];
   /** Whether somebody can be shown round. */
   canGuide(): boolean;
+  target(): Situation["target"];
+  /** Whether the tip is known. */
+  tip(): boolean;
   onAct(act: Act): void;
 }
 
@@ -34,7 +39,6 @@ export class Menu extends CanvasPlate {
   private tab: Tab = "View";
   private page = 0;
   private rows: readonly Row[] = [];
-  private readonly hover: Mesh;
   private hovered: Spot = { kind: "nothing" };
   private footer = "";
   private footerLocked = false;
@@ -45,13 +49,6 @@ export class Menu extends CanvasPlate {
 
   constructor(private readonly parts: MenuParts) {
     super("menu", WIDTH, HEIGHT, SHARPNESS);
-    this.hover = new Mesh(
-      new PlaneGeometry(1, 1),
-      new MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.09, depthWrite: false, toneMapped: false }),
-    );
-    this.hover.renderOrder = PLATE_ORDER + 1;
-    this.hover.visible = false;
-    this.group.add(this.hover);
     parts.store.listen(() => (this.stale = true));
   }
 
@@ -69,6 +66,8 @@ export class Menu extends CanvasPlate {
     this.show(tab);
     levelForward(head, work.forward);
     work.place.copy(head.position).addScaledVector(work.forward, AHEAD_M);
+    work.place.x -= RIGHT_M * work.forward.z; // right of (x, z) is (-z, x)
+    work.place.z += RIGHT_M * work.forward.x;
     work.place.y -= BELOW_M;
     this.group.position.copy(work.place);
     this.group.quaternion.copy(facing(work.turn, work.place, head.position));
@@ -79,7 +78,7 @@ export class Menu extends CanvasPlate {
   close(): void {
     this.group.visible = false;
     this.dragging = -1;
-    this.hover.visible = false;
+    this.light(null);
   }
 
   show(tab: Tab, page = 0): void {
@@ -87,7 +86,7 @@ export class Menu extends CanvasPlate {
     this.tab = tab;
     this.page = page;
     this.hovered = { kind: "nothing" };
-    this.hover.visible = false;
+    this.light(null);
     this.stale = true;
   }
 
@@ -105,12 +104,18 @@ export class Menu extends CanvasPlate {
     this.stale = true;
   }
 
-  /** Returns where the middle of a row's own control is, u and v; for tests and for the guide. null: no such row. */
-  whereIs(label: string): readonly [number, number] | null {
+  /** Returns where a row's own control (or a segment of it) is, u and v; for tests and for the guide. null: no such row. */
+  whereIs(label: string, segment = -1): readonly [number, number] | null {
     const index = this.rows.findIndex((row) => row.label === label);
     if (index < 0) return null;
+    const row = this.rows[index]!;
     const rect = rowRect(index);
-    const x = this.rows[index]!.kind === "slider" ? rect.x + 260 : rect.x + rect.w - 45;
+    let x = row.kind === "slider" ? rect.x + 290 : rect.x + rect.w - 45;
+    if (row.kind === "part" && segment === 0) x = controlRect(row, rect).x + 65;
+    else if ((row.kind === "choice" || row.kind === "buttons") && segment >= 0) {
+      const part = segments(row, rect)[segment]!;
+      x = part.x + part.w / 2;
+    }
     return [x / WIDTH, 1 - (rect.y + rect.h / 2) / HEIGHT];
   }
 
@@ -136,7 +141,8 @@ export class Menu extends CanvasPlate {
 
   private situation(): Situation {
     const { store } = this.parts;
-    return { store, parts: this.parts.parts(), helpLines: this.parts.helpLines(), canGuide: this.parts.canGuide() };
+    const { parts, helpLines, canGuide, target, tip } = this.parts;
+    return { store, parts: parts(), helpLines: helpLines(), canGuide: canGuide(), target: target(), tip: tip() };
   }
 
   /** Lights up what is pointed at, and says in a sentence what it does. */
@@ -145,11 +151,7 @@ export class Menu extends CanvasPlate {
     this.hovered = spot;
     const rect = spot.kind === "row" || spot.kind === "tab" ? spot.rect : null;
     const row = spot.kind === "row" ? this.rows[spot.index] : undefined;
-    this.hover.visible = rect !== null && row?.kind !== "text";
-    if (rect !== null) {
-      this.hover.scale.set(rect.w / 1000, rect.h / 1000, 1);
-      this.hover.position.set((rect.x + rect.w / 2 - WIDTH / 2) / 1000, (HEIGHT / 2 - rect.y - rect.h / 2) / 1000, 0.001);
-    }
+    this.light(row?.kind === "text" ? null : rect);
     if (row === undefined) return;
     const footer = row.locked ?? row.help;
     if (footer === this.footer) return;
@@ -171,16 +173,16 @@ export class Menu extends CanvasPlate {
     const { store } = this.parts;
     if (row === undefined || row.locked !== null) return;
     if (row.kind === "toggle") {
-      const change = toggled(row, store.value);
-      if (change !== null) store.set(change);
-      else if (row.part !== null) store.setPart(row.part, { visible: !row.on });
+      store.set(toggled(row, store.value));
+    } else if (row.kind === "part" && spot.segment === 1) {
+      store.setPart(row.part, { visible: !row.on });
     } else if (row.kind === "choice" && spot.segment >= 0) {
       store.set({ [row.key]: row.choices[spot.segment]!.value });
     } else if (row.kind === "buttons" && spot.segment >= 0) {
       const { act } = row.buttons[spot.segment]!;
       if ("page" in act) this.show(this.tab, act.page);
       else this.parts.onAct(act);
-    } else if (row.kind === "slider") {
+    } else if (row.kind === "slider" || row.kind === "part") {
       this.dragging = spot.index;
       this.drag(x);
     }
@@ -188,12 +190,14 @@ export class Menu extends CanvasPlate {
 
   private drag(x: number): void {
     const row = this.rows[this.dragging];
-    if (row?.kind !== "slider") this.dragging = -1;
-    else this.parts.store.set(slid(row, shareAlong(row, this.dragging, x)));
+    const { store } = this.parts;
+    if (row?.kind === "slider") store.set(slid(row, shareAlong(row, this.dragging, x)));
+    else if (row?.kind === "part") store.setPart(row.part, { visible: true, opacity: Math.round(50 * shareAlong(row, this.dragging, x)) / 50 });
+    else this.dragging = -1;
   }
 }
 
 function sameSpot(a: Spot, b: Spot): boolean {
-  if (a.kind === "row" && b.kind === "row") return a.index === b.index;
+  if (a.kind === "row" && b.kind === "row") return a.index === b.index && a.segment === b.segment;
   return a.kind === "tab" && b.kind === "tab" ? a.tab === b.tab : a.kind === b.kind;
 }

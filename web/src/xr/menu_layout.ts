@@ -5,7 +5,7 @@ import { contains } from "./canvas_plate";
 import type { Row, Tab } from "./menu_model";
 import { ROWS_SHOWN, TABS } from "./menu_model";
 
-export const WIDTH = 460;
+export const WIDTH = 500;
 const BAR = 46;
 const TAB = 44;
 const ROW = 42;
@@ -14,7 +14,7 @@ const FOOT = 40;
 const MARGIN = 12;
 export const HEIGHT = BAR + TAB + ROWS_SHOWN * (ROW + GAP) + FOOT + 2 * GAP;
 
-/** Heights of letters' em, mm. Seen from 0.55 m a capital (0.7 em) of the smaller is 1.2 degrees high. */
+/** Heights of letters' em, mm. Seen from arm's length (0.6 m) a capital (0.7 em) of the smaller is 1.1 degrees high. */
 export const EM = { large: 18.5, small: 16.6 } as const;
 
 export const TITLE_BAR: Rect = { x: 0, y: 0, w: WIDTH - BAR, h: BAR };
@@ -23,7 +23,7 @@ export const FOOTER: Rect = { x: MARGIN, y: HEIGHT - FOOT, w: WIDTH - 2 * MARGIN
 
 /** Returns the tabs' places: as wide as their names. */
 export function tabRects(): readonly { readonly tab: Tab; readonly rect: Rect }[] {
-  const places = shareOut(TABS.map((tab) => tab.length + 2.4), { x: GAP, y: BAR, w: WIDTH - 2 * GAP, h: TAB });
+  const places = shareOut(TABS.map((tab) => tab.length + 1.9), { x: GAP, y: BAR, w: WIDTH - 2 * GAP, h: TAB });
   return TABS.map((tab, index) => ({ tab, rect: places[index]! }));
 }
 
@@ -32,7 +32,7 @@ export function rowRect(index: number): Rect {
 }
 
 export function labelRect(row: Row, rect: Rect): Rect {
-  const w = row.kind === "text" ? rect.w - 2 * MARGIN : row.kind === "toggle" ? 330 : row.kind === "buttons" ? 92 : 160;
+  const w = row.kind === "text" ? rect.w - 2 * MARGIN : row.kind === "toggle" ? 360 : row.kind === "buttons" ? 96 : row.kind === "part" ? 176 : 170;
   return { x: rect.x + MARGIN, y: rect.y, w, h: rect.h };
 }
 
@@ -40,9 +40,19 @@ export function labelRect(row: Row, rect: Rect): Rect {
 export function controlRect(row: Row, rect: Rect): Rect {
   const label = labelRect(row, rect);
   const x = label.x + label.w + 6;
-  if (row.kind === "toggle") return { x: rect.x + rect.w - 78, y: rect.y + 7, w: 66, h: rect.h - 14 };
-  if (row.kind === "slider") return { x, y: rect.y, w: 164, h: rect.h };
+  if (row.kind === "toggle") return switchRect(rect);
+  if (row.kind === "part") return { x, y: rect.y, w: 130, h: rect.h };
+  if (row.kind === "slider") return { x, y: rect.y, w: 190, h: rect.h };
   return { x, y: rect.y + 3, w: rect.x + rect.w - 6 - x, h: rect.h - 6 };
+}
+
+/** A part's switch, behind its slider and its number. */
+export function switchRect(rect: Rect): Rect {
+  return { x: rect.x + rect.w - 78, y: rect.y + 7, w: 66, h: rect.h - 14 };
+}
+
+export function partNumberRect(rect: Rect): Rect {
+  return { x: rect.x + rect.w - 150, y: rect.y, w: 62, h: rect.h };
 }
 
 export function numberRect(rect: Rect): Rect {
@@ -71,7 +81,7 @@ export type Spot =
   | { readonly kind: "row"; readonly index: number; readonly rect: Rect; readonly segment: number }
   | { readonly kind: "nothing" };
 
-/** Returns what is at a place. segment: which of a choice or of buttons; -1 beside them. */
+/** Returns what is at a place. segment: which of a choice or of buttons, -1 beside them; of a part 0 its slider, 1 its switch. */
 export function spotAt(rows: readonly Row[], x: number, y: number): Spot {
   if (contains(CLOSE, x, y)) return { kind: "close" };
   if (contains(TITLE_BAR, x, y)) return { kind: "bar" };
@@ -82,7 +92,8 @@ export function spotAt(rows: readonly Row[], x: number, y: number): Spot {
   const rect = rowRect(index);
   const row = rows[index]!;
   const segment = row.kind === "choice" || row.kind === "buttons"
-    ? segments(row, rect).findIndex((each) => contains(each, x, y)) : -1;
+    ? segments(row, rect).findIndex((each) => contains(each, x, y))
+    : row.kind === "part" ? (x < controlRect(row, rect).x + controlRect(row, rect).w + 8 ? 0 : 1) : -1;
   return { kind: "row", index, rect, segment };
 }
 

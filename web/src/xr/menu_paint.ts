@@ -3,7 +3,7 @@
 import type { Rect } from "./canvas_plate";
 import { box, INK, write } from "./canvas_plate";
 import {
-  CLOSE, controlRect, EM, FOOTER, HEIGHT, labelRect, numberRect, rowRect, segments, tabRects, TITLE_BAR, trackRect, WIDTH,
+  CLOSE, controlRect, EM, FOOTER, HEIGHT, labelRect, numberRect, partNumberRect, rowRect, segments, switchRect, tabRects, TITLE_BAR, trackRect, WIDTH,
 } from "./menu_layout";
 import type { Row, Tab } from "./menu_model";
 
@@ -46,7 +46,17 @@ function paintRow(context: CanvasRenderingContext2D, row: Row, rect: Rect): void
   const label = labelRect(row, rect);
   write(context, row.label, label, row.kind === "text" ? EM.small : EM.large, row.kind === "text" ? INK.soft : INK.text);
   if (row.kind === "toggle") paintSwitch(context, controlRect(row, rect), row.on);
-  if (row.kind === "slider") paintSlider(context, row, rect);
+  if (row.kind === "slider") {
+    paintTrack(context, trackRect(controlRect(row, rect)), (row.value - row.low) / (row.high - row.low));
+    write(context, row.text, numberRect(rect), EM.large, INK.text, "right", 600);
+  }
+  if (row.kind === "part") {
+    context.globalAlpha = faded || !row.on ? 0.45 : 1;
+    paintTrack(context, trackRect(controlRect(row, rect)), row.opacity);
+    write(context, `${Math.round(100 * row.opacity)} %`, partNumberRect(rect), EM.small, INK.text, "right", 600);
+    context.globalAlpha = faded ? 0.45 : 1;
+    paintSwitch(context, switchRect(rect), row.on);
+  }
   if (row.kind === "choice") {
     segments(row, rect).forEach((each, index) => {
       const { value, label: name } = row.choices[index]!;
@@ -66,14 +76,11 @@ function paintSwitch(context: CanvasRenderingContext2D, at: Rect, on: boolean): 
   write(context, on ? "on" : "off", text, EM.small, on ? INK.onAccent : INK.soft, "center", 600);
 }
 
-function paintSlider(context: CanvasRenderingContext2D, row: Extract<Row, { kind: "slider" }>, rect: Rect): void {
-  const track = trackRect(controlRect(row, rect));
-  const share = (row.value - row.low) / (row.high - row.low);
+function paintTrack(context: CanvasRenderingContext2D, track: Rect, share: number): void {
   box(context, track, 3, INK.track);
   box(context, { ...track, w: track.w * share }, 3, INK.accent);
   const radius = 10;
   box(context, { x: track.x + share * track.w - radius, y: track.y + 3 - radius, w: 2 * radius, h: 2 * radius }, radius, INK.text);
-  write(context, row.text, numberRect(rect), EM.large, INK.text, "right", 600);
 }
 
 function paintButton(context: CanvasRenderingContext2D, at: Rect, name: string, chosen: boolean): void {

@@ -13,9 +13,8 @@ export const PLACEMENTS: readonly { readonly name: Placement; readonly label: st
 export const BELOW_EYES_M = 0.35;
 export const AHEAD_M = 0.55;
 export const INSIDE_SCALE = 12;
-/** Of the tip from the eyes, in the room: far enough to be seen sharply by both, below the line of sight. */
-const TIP_AHEAD_M = 0.34;
-const TIP_BELOW_M = 0.1;
+/** What is looked at inside lies this far below the horizon: where eyes rest. */
+const LOOK_DOWN_RAD = (12 * Math.PI) / 180;
 /** Farther than this a heart at true scale would not be found. */
 const REACH_M = 1.2;
 const UP = new Vector3(0, 1, 0);
@@ -62,18 +61,17 @@ export function trueScale(out: Similarity, present: Similarity, head: Head, cent
 }
 
 /**
- * Puts the viewer's head inside, enlarged, looking along the tip: tip and direction are in the world's own frame.
- * The tip comes to lie before the eyes and a little below; where it points becomes where the viewer looks.
+ * Puts the viewer's head at a place inside, enlarged, looking in a direction, both in the world's own frame. What lies there
+ * comes to lie a little below the line of sight.
  */
-export function inside(out: Similarity, head: Head, tip: Vector3, direction: Vector3): Similarity {
+export function inside(out: Similarity, head: Head, place: Vector3, direction: Vector3): Similarity {
   levelForward(head, work.forward);
+  work.forward.y = -Math.tan(LOOK_DOWN_RAD);
   turnTo(work.to, work.forward, UP);
   turnTo(work.from, direction, UP);
   out.orientation.copy(work.to).multiply(work.from.conjugate());
   out.scale = INSIDE_SCALE;
-  work.target.copy(head.position).addScaledVector(work.forward, TIP_AHEAD_M);
-  work.target.y -= TIP_BELOW_M;
-  return out.pin(tip, work.target);
+  return out.pin(place, work.target.copy(head.position));
 }
 
 /** Writes the turn that takes -z to a direction and +y as near to `up` as can be. */

@@ -2,21 +2,26 @@
 
 import type { Group, Object3D, PerspectiveCamera } from "three";
 import { BackSide, Box3, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
-import type { TipPose } from "../stage/feature";
+import type { Stage } from "../stage/stage";
 import { Grab } from "./grab";
 import type { Head, Placement } from "./placement";
 import { inside, onTable, trueScale } from "./placement";
 import { Similarity } from "./similarity";
+import { standpoint } from "./standpoint";
 
 const TRAVEL_MS = 420;
 /** To be inside all at once is dizzying: the view is dark for a moment instead. */
 const DARK_MS = 380;
+/** Where nothing is known of the blood, the head goes this far behind the tip. */
+const UNKNOWN_BACK_MM = 25;
 const box = new Box3();
 
 export class Places {
   readonly grab = new Grab();
   /** The place chosen last; null once hands have changed it. */
   current: Placement | null = null;
+  private readonly world: Group;
+  private readonly box: Object3D;
   private readonly to = new Similarity();
   private readonly from = new Similarity();
   private readonly step = new Similarity();
@@ -29,8 +34,10 @@ export class Places {
   private readonly dark: Mesh<SphereGeometry, MeshBasicMaterial>;
 
   constructor(
-    private readonly world: Group, private readonly box: Object3D, private readonly tip: TipPose, camera: PerspectiveCamera,
+    private readonly stage: Pick<Stage, "world" | "tip" | "blood" | "targets" | "view">, camera: PerspectiveCamera,
   ) {
+    this.world = stage.world;
+    this.box = stage.view.box;
     this.dark = new Mesh(
       new SphereGeometry(0.2, 16, 12),
       new MeshBasicMaterial({ color: 0x05080c, side: BackSide, transparent: true, depthTest: false, depthWrite: false }),
@@ -108,19 +115,34 @@ export class Places {
     return this.between.lerpVectors(this.centreFrom, this.centreTo, share);
   }
 
+  /** Into the chamber where the tip is; where that is in none, where the target in force is; else the heart's middle. */
   private goInside(head: Head): void {
-    const place = this.between;
-    const direction = this.centreFrom.set(1, 0, 0);
-    if (this.tip.valid) {
-      place.setFromMatrixPosition(this.tip.matrix);
-      direction.set(0, 0, 1).transformDirection(this.tip.matrix);
-      this.box.updateMatrix();
-      place.applyMatrix4(this.box.matrix);
-      direction.transformDirection(this.box.matrix);
-    } else {
-      place.copy(this.centre);
+    const { tip, blood, targets } = this.stage;
+    const eye = new Vector3();
+    const anchor = new Vector3();
+    const behind = new Vector3(-1, 0, 0);
+    this.box.updateMatrix();
+    if (tip.valid) behind.set(0, 0, -1).transformDirection(tip.matrix);
+    const middle = this.centre.clone().applyMatrix4(this.box.matrix.clone().invert());
+    const anchors: Vector3[] = [middle];
+    if (targets.active !== null) anchors.unshift(targets.active.position);
+    if (tip.valid) {
+      const at = new Vector3().setFromMatrixPosition(tip.matrix);
+      if (blood === null || blood.chamberAt(at) !== 0) anchors.unshift(at);
+      else anchors.splice(1, 0, at);
     }
-    inside(this.to, head, place, direction);
+    let found = false;
+    for (const each of anchors) {
+      anchor.copy(each);
+      if (blood !== null && standpoint(eye, blood, anchor, behind)) {
+        found = true;
+        break;
+      }
+    }
+    if (!found) eye.copy(anchor.copy(anchors[0]!)).addScaledVector(behind, UNKNOWN_BACK_MM);
+    const direction = anchor.sub(eye);
+    if (direction.lengthSq() < 1) direction.copy(behind).negate();
+    inside(this.to, head, eye.applyMatrix4(this.box.matrix), direction.transformDirection(this.box.matrix));
   }
 
   /** The heart's middle, or the box's where there is no heart; measured with the world at rest. */

@@ -47,8 +47,8 @@ new Promise((done) => {
 class LiveProcess:
     """`cathxr run` on the twin, as a process of its own that can be killed and started again on the same port."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, *options: str) -> None:
+        self._folder, self._options = folder, options
         self._process: subprocess.Popen[bytes] | None = None
         self.port = 0
 
@@ -59,7 +59,7 @@ class LiveProcess:
     def start(self) -> None:
         log = self._folder / "run.log"
         command = [sys.executable, "-m", "cathxr.app.cli", "run", "--source", "twin", "--port", str(self.port)]
-        command += ["--no-browser", "--publish-truth", "--recordings", str(self._folder / "recordings")]
+        command += ["--no-browser", "--publish-truth", "--recordings", str(self._folder / "recordings"), *self._options]
         with log.open("w", encoding="utf-8") as sink:
             environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
             process = subprocess.Popen(command, stdout=sink, stderr=subprocess.STDOUT, env=environment)
@@ -215,7 +215,7 @@ def test_nothing_leaves_the_origin_and_nothing_complains(watched: Watched, live:
     watched.until("window.__cathxr?.drawn() && window.__cathxr.heartParts > 0")
     watched.until("window.__cathxr.pictures().every((each) => each.seq >= 0)")
     watched.page.keyboard.press("?")
-    watched.page.locator("#help button").click()
+    watched.page.locator("#help .round").click()
     for view in ("top", "front", "along", "iso"):
         watched.page.click(f"[data-preset={view}]")
     frames = watched.ask("window.__cathxr.frames")

@@ -163,6 +163,7 @@ export class App {
         break;
       case "roll":
         this.roll.take(message);
+        this.guide.takeRoll(message.present);
         break;
       case "event":
         this.takeEvent(message);

@@ -77,6 +77,18 @@ describe("what is drawn", () => {
     }
   });
 
+  it("does not show a wrong guess any more where pictures are few", () => {
+    const motion = new Interpolator();
+    const turning: Motion = (t) => ({ tip: [60 + 20 * Math.abs(t - 1), 5, -8], roll: 0 }); // 20 mm/s, the other way from t = 1 on
+    for (let i = 0; i <= 60; i++) motion.put(track(i, HOST + i / 60, turning(i / 60)), i / 60 + 0.02);
+    motion.sample(1.02, HOST);
+    expect(motion.sample(1.09, HOST)!.extrapolated).toBe(true); // carried on the old way
+    for (let i = 61; i <= 78; i++) motion.put(track(i, HOST + i / 60, turning(i / 60)), i / 60 + 0.02);
+    const drawn = motion.sample(1.3, HOST)!; // the next picture, 0.2 s later
+    expect(drawn.extrapolated).toBe(false);
+    expect(distance(drawn.tip, turning(drawn.t - HOST).tip)).toBeLessThan(0.1); // it was shown to go on for 5 mm
+  });
+
   it("goes beyond the newest Track by at most one interval, and says so", () => {
     const motion = new Interpolator();
     for (let i = 0; i < 120; i++) motion.put(track(i, HOST + i / 60, pushed(60)(i / 60)), i / 60 + 0.02);

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { depthStep, layout, MARGIN, pixel } from "../src/ultrasound/annotations";
+import { depthStep, layout, MARGIN, pixel, shortName } from "../src/ultrasound/annotations";
 import { FanGeometry } from "../src/ultrasound/fan";
 import { ICE_DEFAULTS, ICE_SIZE, iceHzFrom, resolve } from "../src/ultrasound/settings";
 import { AcousticVolume } from "../src/ultrasound/volume";
@@ -82,5 +82,11 @@ describe("volume", () => {
     const volume = new AcousticVolume(new Uint8Array(8), [1, 1, 2], matrix);
     expect(volume.spacingMm.toArray()).toEqual([2, 3, 4]);
     expect(volume.interfaceMm).toBeCloseTo(2.35 * 3, 9);
+  });
+});
+
+describe("the legend", () => {
+  it("writes names as echocardiographers do", () => {
+    expect(["Left ventricle", "Superior vena cava", "Aorta", "left-atrial appendage"].map(shortName)).toEqual(["LV", "SVC", "Aorta", "LAA"]);
   });
 });

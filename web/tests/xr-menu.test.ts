@@ -101,7 +101,7 @@ describe("the menu", () => {
     expect(spotAt(rows, knob.x + 5, rect.y + 5)).toMatchObject({ index, segment: 1 });
     expect(shareAlong(row!, index, trackRect(slider).x + trackRect(slider).w / 2)).toBeCloseTo(0.5, 6);
     now.store.hold({ values: { parts: {} }, sentence: "Held." });
-    expect(rowsOf("Parts", 0, now).rows.every(({ locked }) => locked === "Held.")).toBe(true);
+    expect(rowsOf("Parts", 0, now).rows.filter(({ kind }) => kind === "part").every(({ locked }) => locked === "Held.")).toBe(true);
   });
 
   it("steps through the targets, adds one at the tip, and removes only what somebody added", () => {

@@ -29,6 +29,11 @@ def resting(repo_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterat
 
 
 @pytest.fixture(scope="module")
+def crawling(repo_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Played]:
+    yield from _played(repo_root, tmp_path_factory.mktemp("crawling"), "crawling")
+
+
+@pytest.fixture(scope="module")
 def blind(repo_root: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Played]:
     yield from _played(repo_root, tmp_path_factory.mktemp("blind"), "blind")
 

@@ -53,18 +53,24 @@ def track(seq: int, roll_rad: float | None, noise_mm: FloatArray, noise_rad: flo
     return Track(seq, t_ns, Status.TRACKED, "", shape, pose, None if roll_rad is None else angle, 0.1, 5_000_000)
 
 
-def record(folder: Path, kind: str) -> Path:
-    """Write a session of a catheter that is `turning`, `resting` with a tracker's noise, or `blind`: of unknown roll.
+def record(folder: Path, kind: str, seconds: float = _SECONDS) -> Path:
+    """Write a session of a catheter.
+
+    It is `turning`, `resting` with a tracker's noise, `crawling`: to and fro by 5 mm at 0.5 mm/s, turned by 2 degrees a
+    second, or `blind`: of unknown roll.
 
     The noise is 0.02 mm and 0.05 degrees, what is left of a tracked tip at rest.
     """
     rng = np.random.default_rng(6)
     writer = SessionWriter(folder, rig=example_rig(), config={}, clock_pair=(1, "2026-01-31T10:00:00Z"), videos=False)
-    for seq in range(int(_SECONDS * RATE_HZ)):
+    for seq in range(int(seconds * RATE_HZ)):
         if kind == "turning":
             made = track(seq, roll_of(seq / RATE_HZ), np.zeros(3))
         elif kind == "resting":
             made = track(seq, 0.4, rng.normal(0.0, 0.02 / np.sqrt(3.0), 3), rng.normal(0.0, 0.00087))
+        elif kind == "crawling":
+            way = abs((seq / RATE_HZ) % 20.0 - 10.0)
+            made = track(seq, np.deg2rad(2.0 * way), np.array([0.5 * way - 5.0, 0.0, 0.0]))
         else:
             made = track(seq, None, np.zeros(3))
         missing = tuple(

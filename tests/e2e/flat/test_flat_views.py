@@ -80,7 +80,7 @@ def test_a_tip_at_rest_gives_a_picture_at_rest(resting: Played, open_page: OpenP
     page = open_page(resting)
     page.set(ice=True)
     page.until(_PICTURED)
-    page.page.wait_for_timeout(4000)
+    page.page.wait_for_timeout(9000)  # until the page has learnt how large the noise is: some 60 Tracks, 12 a second
     begin = page.ask("window.__cathxrFlat.ice().made")
     pictures = []
     for _ in range(8):
@@ -91,6 +91,30 @@ def test_a_tip_at_rest_gives_a_picture_at_rest(resting: Played, open_page: OpenP
     print(f"mean grey difference between looks: {np.mean(steps):.2f}, at most {max(steps):.2f}; pictures made: {made}")
     # A picture of another place differs by some 10 grey levels; one that is only made anew, with noise, by some 0.5.
     assert max(steps) < 2.5
+
+
+_MADE = "({ ice: window.__cathxrFlat.ice().made, xray: window.__cathxrFlat.xrayMade(), s: performance.now() / 1000 })"
+
+
+def test_pictures_cost_nothing_at_rest_and_their_own_rate_while_the_tip_crawls(
+    resting: Played, crawling: Played, open_page: OpenPage
+) -> None:
+    """The X-ray's rays are followed only when an arm turns; ultrasound at most ten times a second, as asked for."""
+    for played in (resting, crawling):
+        page = open_page(played)
+        page.set(mode="2d", ice=True)
+        page.until(_PICTURED + " && window.__cathxrFlat.xrayMade() >= 4")  # a coarse and a fine one of each arm
+        page.page.wait_for_timeout(3000)
+        begin = page.ask(_MADE)
+        page.page.wait_for_timeout(4000)
+        end = page.ask(_MADE)
+        ice_hz = (end["ice"] - begin["ice"]) / (end["s"] - begin["s"])
+        print(f"{ice_hz:.1f} ultrasound pictures a second, {end['xray'] - begin['xray']} X-ray pictures")
+        assert end["xray"] == begin["xray"]
+        assert ice_hz < 0.6 if played is resting else 0.5 < ice_hz < 10.5
+        page.set(arms=[{"laoDeg": 20, "cranialDeg": 0}, {"laoDeg": 90, "cranialDeg": 0}])
+        page.until(f"window.__cathxrFlat.xrayMade() === {end['xray'] + 2}")  # of the arm that has turned
+        page.context.close()
 
 
 def test_without_a_known_roll_there_is_no_beam_and_the_panel_says_why(blind: Played, open_page: OpenPage) -> None:

@@ -1,5 +1,6 @@
 """The page among others, in a real browser: following, locks, the way into a headset, and a device without graphics."""
 
+import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -140,3 +141,39 @@ def test_without_graphics_the_page_says_so_and_shows_the_next_step(
         assert file.name in saved
     finally:
         bare.close()
+
+
+def test_a_device_is_measured_and_what_it_can_do_is_kept(browser: Browser, start: Start, tmp_path: Path) -> None:
+    router = make_diag_router(DiagFolder(tmp_path).save, clock=MonotonicClock())
+    server = start(routers=(router,))
+    seen = Seen(browser, server.url + "/diag")
+    try:
+        seen.until("document.querySelector('#save')?.disabled === false")
+        cards = seen.ask("[...document.querySelectorAll('.card h2')].map((each) => each.textContent)")
+        assert cards == ["This page's frames", "Link", "Graphics", "Device"]
+        seen.page.locator("#save").click()
+        saved = seen.until("document.querySelector('#saved').textContent")
+        (file,) = (tmp_path / "diag").iterdir()
+        assert file.name in saved
+        report = json.loads(file.read_text(encoding="utf-8"))
+        frames = report["frames_ms"]
+        assert frames["count"] > 20
+        assert 0.0 < frames["median"] <= frames["p95"] <= frames["p99"] <= frames["longest"]
+        assert report["seconds"] >= 10.0
+        trips = report["link"]["round_trip_ms"]
+        assert report["link"]["connected"] is True
+        assert trips["count"] > 10
+        assert 0.0 < trips["median"] <= trips["p99"]
+        graphics = report["graphics"]
+        assert graphics["webgl2"] is True
+        assert "EXT_color_buffer_float" in graphics["extensions"]
+        assert graphics["max_texture_3d"] >= 256
+        assert report["draw_ms"]["median"] > 0.0
+        assert {key: report["device"][key] for key in ("secure", "vr", "ar")} == {
+            "secure": True,
+            "vr": False,
+            "ar": False,
+        }
+        assert seen.errors == []
+    finally:
+        seen.context.close()

@@ -1,56 +1,78 @@
-"""The live page on the twin, and a browser with an emulated headset."""
+"""The live page on the twin, or on a recording whose poses are known, and a browser with an emulated headset."""
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, sync_playwright
+from playwright.sync_api import Browser
 
+from ..flat.played import Played, record
 from ..test_page import LiveProcess
 from .headset import Headset
 
-_QUIET = (
-    "--no-sandbox",
-    "--ignore-gpu-blocklist",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-quic",
-    "--no-first-run",
-)
-_GRAPHICS = (("--use-gl=angle", "--use-angle=gl-egl"), ("--use-gl=angle", "--use-angle=swiftshader"))
 
-
-@pytest.fixture(scope="module")
-def live(tmp_path_factory: pytest.TempPathFactory, repo_root: Path) -> Iterator[LiveProcess]:
-    if not (repo_root / "src" / "cathxr" / "web_client" / "index.html").is_file():
-        pytest.skip("the web client is not built: run `python tools/web_client.py build`")
-    process = LiveProcess(tmp_path_factory.mktemp("xr"))
+@pytest.fixture
+def live(tmp_path: Path, built_client: Path) -> Iterator[LiveProcess]:
+    assert built_client.is_file()
+    process = LiveProcess(tmp_path)
     process.start()
     yield process
     process.kill()
 
 
-@pytest.fixture(scope="module")
-def browser(require_tool: Callable[[str], Path]) -> Iterator[Browser]:
-    path = require_tool("chromium")
-    with sync_playwright() as playwright:
-        for graphics in _GRAPHICS:
-            browser = playwright.chromium.launch(executable_path=path, args=[*_QUIET, *graphics])
-            page = browser.new_page()
-            has_graphics = page.evaluate("() => document.createElement('canvas').getContext('webgl2') !== null")
-            page.close()
-            if has_graphics:
-                break
-            browser.close()
-        else:
-            pytest.fail("this Chromium draws no WebGL 2, neither with EGL nor with SwiftShader")
-        yield browser
-        browser.close()
+@pytest.fixture(scope="session")
+def built_client(repo_root: Path) -> Path:
+    """The page that the server gives out; skips the test where it is not built."""
+    page = repo_root / "src" / "cathxr" / "web_client" / "index.html"
+    if not page.is_file():
+        pytest.skip("the web client is not built: run `python tools/web_client.py build`")
+    return page
 
 
 @pytest.fixture
-def headset(browser: Browser, live: LiveProcess) -> Iterator[Headset]:
-    opened = Headset(browser, live.url)
-    yield opened
-    opened.context.close()
+def open_headset(browser: Browser) -> Iterator[Callable[..., Headset]]:
+    """A function that opens the page of an address; afterwards nothing may have left that address."""
+    opened: list[Headset] = []
+
+    def make(url: str, **options: Any) -> Headset:
+        opened.append(Headset(browser, url, **options))
+        return opened[-1]
+
+    yield make
+    for each in opened:
+        each.context.close()
+    for each in opened:
+        assert each.strays() == [], "a request to another host"
+
+
+@pytest.fixture
+def headset(open_headset: Callable[..., Headset], resting: Played) -> Headset:
+    return open_headset(resting.url)
+
+
+def _played(folder: Path, kind: str, seconds: float = 360.0) -> Iterator[Played]:
+    process = Played(record(folder / "session", kind, seconds), folder)
+    yield process
+    process.close()
+
+
+@pytest.fixture(scope="module")
+def turning(built_client: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Played]:
+    """A catheter that rolls to and fro in the right atrium, and whose Tracks are all known."""
+    assert built_client.is_file()
+    yield from _played(tmp_path_factory.mktemp("turning"), "turning")
+
+
+@pytest.fixture(scope="module")
+def resting(built_client: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Played]:
+    """A catheter that rests in the right atrium."""
+    assert built_client.is_file()
+    yield from _played(tmp_path_factory.mktemp("resting"), "resting")
+
+
+@pytest.fixture(scope="module")
+def moving(built_client: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Played]:
+    """A catheter that rolls for as long as a proof takes."""
+    assert built_client.is_file()
+    yield from _played(tmp_path_factory.mktemp("moving"), "turning", 2400.0)

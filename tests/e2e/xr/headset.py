@@ -10,8 +10,8 @@ from playwright.sync_api import Browser, Page
 
 HANG_S = 120.0
 """Limit on waiting for what must come, on a loaded machine without a graphics card; not a measurement."""
-CHEAP = "?xr=emulate&aa=0&mat=lambert&dpr=0.5&pictures=0&iceHz=5"
-WIDTH, HEIGHT = 480, 240
+CHEAP = "?xr=emulate&aa=0&mat=lambert&dpr=0.5&pictures=0&iceHz=5&guide=0"
+SIZE = (480, 240)
 Side = Literal["left", "right"]
 Place = Sequence[float] | npt.NDArray[np.float64]
 
@@ -19,9 +19,9 @@ Place = Sequence[float] | npt.NDArray[np.float64]
 class Headset:
     """The page in a browser of its own context, and everything that it asked for and complained about."""
 
-    def __init__(self, browser: Browser, url: str, *, query: str = CHEAP) -> None:
-        self.url = url
-        self.context = browser.new_context(viewport={"width": WIDTH, "height": HEIGHT}, device_scale_factor=1)
+    def __init__(self, browser: Browser, url: str, *, query: str = CHEAP, size: tuple[int, int] = SIZE) -> None:
+        self.url = url.split("?")[0]
+        self.context = browser.new_context(viewport={"width": size[0], "height": size[1]}, device_scale_factor=1)
         self.page: Page = self.context.new_page()
         self.requests: list[str] = []
         self.complaints: list[str] = []
@@ -29,12 +29,20 @@ class Headset:
         self.page.on("websocket", lambda socket: self.requests.append(socket.url))
         self.page.on("console", lambda told: self._note(told.type, told.text))
         self.page.on("pageerror", lambda error: self.complaints.append(f"uncaught: {error}"))
-        self.page.goto(url + query)
+        self.page.goto(self.url + query)
         self.until("window.__cathxr?.drawn() && window.__cathxr.link === 'live'")
 
     def _note(self, kind: str, text: str) -> None:
         if kind in ("error", "warning"):
             self.complaints.append(f"{kind}: {text}")
+
+    def strays(self) -> list[str]:
+        """Return every request of the page, its workers and sockets that did not go to the page's own host."""
+        own = (self.url, self.url.replace("http", "ws", 1), f"blob:{self.url}", "data:")
+        return [url for url in self.requests if not url.startswith(own)]
+
+    def set(self, **change: Any) -> None:
+        self.page.evaluate("(change) => window.__cathxr.xr.set(change)", change)
 
     def ask(self, expression: str) -> Any:
         return self.page.evaluate(f"() => {expression}")
@@ -116,6 +124,16 @@ class Headset:
     def press(self, side: Side, name: str) -> None:
         self.button(side, name, down=True)
         self.button(side, name, down=False)
+
+    def row(self, label: str, segment: int = -1, *, hand: Place = (0.3, 1.25, -0.1), side: Side = "right") -> None:
+        """Point a controller at a row of the open menu and press."""
+        self.aim(f"controller-{side}", hand, self.until(f"window.__cathxr.xr.row({label!r}, {segment})"))
+        self.press(side, "trigger")
+        self.frames(6)
+
+    def tab(self, name: str) -> None:
+        self.page.evaluate("(name) => window.__cathxr.xr.tab(name)", name)
+        self.frames(8)
 
     def pinch(self, side: Side, *, down: bool) -> None:
         self.page.evaluate("([side, value]) => window.__headset.hands[side].updatePinchValue(value)", [side, int(down)])

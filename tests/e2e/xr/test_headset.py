@@ -1,5 +1,7 @@
 """Sessions with an emulated headset: two eyes, hands that hold the world, a menu in the scene, a lost link."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 import numpy.typing as npt
@@ -108,9 +110,9 @@ def test_a_ray_and_a_pinch_press_the_same_menu(headset: Headset) -> None:
     headset.pinch("right", down=False)
     assert headset.settings()["hud"] is numbers
     world = headset.world()
-    headset.aim("hand-right", [0.3, 1.3, -0.3], [2.0, 1.3, -0.6])  # past the menu: the same pinch holds the world
+    headset.aim("hand-right", [0.0, 1.2, -0.3], [-2.0, 0.8, -0.3])  # past the menu: the same pinch holds the world
     headset.pinch("right", down=True)
-    headset.put("hand-right", [0.3, 1.45, -0.3], [0.0, 0.0, 0.0, 1.0])
+    headset.put("hand-right", [0.0, 1.35, -0.3], [0.0, 0.0, 0.0, 1.0])
     assert not np.allclose(headset.world(), world, atol=0.02)
     headset.pinch("right", down=False)
 
@@ -124,10 +126,13 @@ def test_a_slider_is_dragged_and_a_locked_setting_is_not(headset: Headset) -> No
     headset.aim("controller-right", hand, place)
     headset.button("right", "trigger", down=True)
     first = headset.settings()["heartOpacity"]
-    headset.aim("controller-right", hand, place + np.array([0.04, 0.0, 0.0]))
+    (menu,) = (each for each in headset.ask("window.__cathxr.xr.plates()") if each["title"] == "menu")
+    lower_left, lower_right = np.array(menu["corners"][:2])
+    along = (lower_right - lower_left) / np.linalg.norm(lower_right - lower_left)
+    headset.aim("controller-right", hand, place + 0.04 * along)
     headset.button("right", "trigger", down=False)
-    # A track of 144 mm goes from 0 to 1; the menu faces the viewer, so that 40 mm across are 40 mm along it.
-    assert np.isclose(headset.settings()["heartOpacity"] - first, 40 / 144, atol=0.05)
+    # A track of 170 mm goes from 0 to 1; 40 mm along the menu are 40 mm of it.
+    assert np.isclose(headset.settings()["heartOpacity"] - first, 40 / 170, atol=0.05)
     headset.ask("window.__cathxr.xr.hold({ values: { heartOpacity: 0.5 }, sentence: 'The exercise holds this.' })")
     headset.frames(3)
     headset.aim("controller-right", hand, place)
@@ -140,7 +145,7 @@ def test_the_presets_stand_where_they_say(headset: Headset) -> None:
     headset.ask("window.__cathxr.xr.go('inside')")
     headset.frames(3)
     report = headset.report()
-    assert np.isclose(report["world"]["scale"], 12.0)
+    assert np.isclose(report["world"]["scale"], 24.0)
     headset.ask("window.__cathxr.xr.go('true')")
     headset.until("Math.abs(window.__cathxr.xr.report().world.scale - 1) < 1e-9")
     headset.put("controller-left", [-0.2, 1.2, -0.3])
@@ -155,7 +160,10 @@ def test_the_presets_stand_where_they_say(headset: Headset) -> None:
     assert np.allclose((headset.world() @ [*centre, 1.0])[:3], wanted, atol=1e-3)
 
 
-def test_a_lost_link_is_said_in_the_headset_and_comes_back(headset: Headset, live: LiveProcess) -> None:
+def test_a_lost_link_is_said_in_the_headset_and_comes_back(
+    live: LiveProcess, open_headset: Callable[..., Headset]
+) -> None:
+    headset = open_headset(live.url)
     headset.enter("vr")
     assert headset.report()["notice"] == ""
     live.kill()
@@ -170,19 +178,3 @@ def test_a_lost_link_is_said_in_the_headset_and_comes_back(headset: Headset, liv
     headset.until("window.__cathxr.link === 'live' && window.__cathxr.xr.report().notice === ''")
     assert headset.report()["mode"] == "vr", "a link that comes back needs no new session"
     headset.until("window.__cathxr.xr.report().hud.includes('Tracked')")
-
-
-def test_nothing_leaves_the_origin_and_a_frame_costs_little(headset: Headset, live: LiveProcess) -> None:
-    headset.enter("vr")
-    headset.hands("hand")
-    headset.hands("controller")
-    headset.press("right", "b-button")
-    headset.ask("window.__cathxr.xr.clearTimes()")
-    headset.frames(60)
-    report = headset.report()
-    own = (live.url, live.url.replace("http", "ws"), f"blob:{live.url}")
-    assert [url for url in headset.requests if not url.startswith(own)] == []
-    print(f"\nwork a frame p50 {report['workMs']['p50']:.1f} p95 {report['workMs']['p95']:.1f} ms, ", end="")
-    print(f"{report['calls']} draw calls and {report['triangles']} triangles for both eyes")
-    assert report["calls"] / 2 <= 60
-    assert report["triangles"] / 2 <= 300_000

@@ -136,7 +136,7 @@ export class FlatView implements Feature {
   /** On the page. */
   private lay(flat: boolean, third: Plate | null): void {
     const { frames, desk } = this;
-    this.frames.show(flat ? "2d" : "3d", third?.title ?? "");
+    this.frames.show(flat ? "2d" : "3d", third);
     for (const arm of this.arms) arm.buttons = false;
     desk.alone = flat;
     desk.put(frames.inset, flat ? null : third);
@@ -149,7 +149,7 @@ export class FlatView implements Feature {
   private hang(flat: boolean, third: Plate | null): void {
     const { scene, head } = this.stage.view;
     const plates: readonly Plate[] = third === null ? this.arms : [...this.arms, third];
-    this.frames.show("none", "");
+    this.frames.show("none", null);
     for (const arm of this.arms) {
       arm.textScale = this.wall.textScale;
       arm.buttons = true;

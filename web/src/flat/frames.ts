@@ -4,6 +4,7 @@ import { ARM_PRESETS, sameArm } from "../fluoro/arms";
 import type { ArmAngles, SettingsStore } from "../stage/settings";
 import { make, setText } from "../ui/dom";
 import type { Slot } from "./desk";
+import type { Plate } from "./plate";
 
 const LIMITS = { laoDeg: 100, cranialDeg: 45 } as const;
 const LEAST_SHARE = 0.2;
@@ -42,13 +43,14 @@ export class Frames {
     this.slots = [this.inset, ...this.arms, this.third];
   }
 
-  /** Shows the frames of a mode. third: what the third picture, or the inset, is called; empty: there is none. */
-  show(mode: "3d" | "2d" | "none", third: string): void {
+  /** Shows the frames of a mode. third: the third picture, or the inset's. */
+  show(mode: "3d" | "2d" | "none", third: Plate | null): void {
     this.host.dataset["mode"] = mode === "2d" ? "2d" : "3d";
     document.body.dataset["picture"] = this.host.dataset["mode"];
     this.flat.hidden = mode !== "2d";
-    this.insetFigure.hidden = mode !== "3d" || third === "";
-    setText(this.thirdTitle, third === "" ? "No third picture" : third);
+    this.insetFigure.hidden = mode !== "3d" || third === null;
+    if (third !== null) this.insetFigure.style.setProperty("--ratio", (third.widthM / third.heightM).toFixed(4));
+    setText(this.thirdTitle, third?.title ?? "No third picture");
     this.refresh();
   }
 

@@ -20,6 +20,8 @@ export interface FlatProbe {
   inPicture(arm: 0 | 1, point: [number, number, number]): [number, number];
   /** Milliseconds that the pictures of one arm take from asking to having them, and of asking alone. */
   xrayCost(): { coarseMs: number; fineMs: number; asking: number };
+  /** X-ray pictures worked out so far, of both arms. */
+  xrayMade(): number;
   /** Draw calls and triangles of the last frame. */
   drawn(): { calls: number; triangles: number };
 }
@@ -75,6 +77,7 @@ export function makeProbe(stage: Stage, ice: IceMode, flat: FlatView): FlatProbe
       wait(image.target);
       return { coarseMs: coarse - start, fineMs: performance.now() - coarse, asking };
     },
+    xrayMade: () => flat.arms[0].image.made + flat.arms[1].image.made,
     drawn: () => ({ calls: renderer.info.render.calls, triangles: renderer.info.render.triangles }),
   };
 }

@@ -61,7 +61,7 @@ export class FluoroOverlay {
     context.clearRect(0, 0, side, side);
     context.lineJoin = "round";
     const small = state.textScale > 1.15;
-    this.write(armText(state.angles), 24, 30, "left", "600 21px");
+    const below = this.drawAngles(armText(state.angles), side);
     this.write(state.name, side - 24, 30, "right", "600 21px");
     this.write(small ? "simulated" : "simulated, for training only", side - 24, side - 24, "right", "13px");
     this.write(`× ${MAGNIFICATION.toFixed(2)}`, side - 24, 56, "right", "14px");
@@ -71,7 +71,7 @@ export class FluoroOverlay {
     this.write(sideLetters(this.away.copy(right).negate()), 20, side / 2, "left", "600 19px");
     this.write(sideLetters(up), side / 2, 26, "center", "600 19px");
     this.write(sideLetters(this.away.copy(up).negate()), side / 2, side - 24, "center", "600 19px");
-    if (state.ghost) this.write("predicted", 24, 56, "left", "600 15px", ACTIVE);
+    if (state.ghost) this.write("predicted", 24, below, "left", "600 15px", ACTIVE);
     if (state.message !== "") this.write(state.message, side / 2, side * 0.2, "center", "600 16px", ACTIVE);
     if (state.buttons) this.drawButtons(side, state.angles);
     this.texture.needsUpdate = true;
@@ -91,6 +91,15 @@ export class FluoroOverlay {
     context.strokeText(text, x, y);
     context.fillStyle = ink;
     context.fillText(text, x, y);
+  }
+
+  /** Writes the angles in one line, or in two where the picture is small; returns where the next line goes. */
+  private drawAngles(text: string, side: number): number {
+    const font = "600 21px";
+    this.context.font = `${font} system-ui, sans-serif`;
+    const lines = 24 + this.context.measureText(text).width < side / 2 - 16 ? [text] : text.split("  ");
+    for (const [row, line] of lines.entries()) this.write(line, 24, 30 + 26 * row, "left", font);
+    return 30 + 26 * lines.length;
   }
 
   private drawButtons(side: number, angles: ArmAngles): void {

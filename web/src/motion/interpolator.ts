@@ -15,6 +15,8 @@ const BRIDGE_S = 0.25;
 export const STALE_S = 1.5;
 /** A wrong guess is taken back with this time constant, so that nothing jumps. */
 const SETTLE_S = 0.04;
+/** Pictures further apart than this are not seen as motion. */
+const FRAME_S = 0.025;
 /** A catheter found again elsewhere, or a wrong guess of this size, jumps. */
 const SETTLE_MOST_MM = 8;
 /** So many Tracks in a row that are older than what is known: time has gone back (a seek). */
@@ -163,7 +165,7 @@ export class Interpolator {
       const a = this.ring[(guessedFrom - 2) % KEPT]!;
       const ahead = Math.min(drawn.t - b.t, this.mostAhead(a, b));
       blendInto(guess, a, b, 1 + Math.max(0, ahead) / (b.t - a.t));
-      this.correct(length);
+      this.correct(length, nowS - this.sampledS);
     }
     if (!this.correcting) return;
     for (let i = 0; i < length; i++) drawn.points[i]! += correction[i]!;
@@ -171,12 +173,14 @@ export class Interpolator {
   }
 
   /** Adds what the guess was off by to the correction; a catheter found elsewhere jumps. */
-  private correct(length: number): void {
+  private correct(length: number, sinceS: number): void {
     const { drawn, guess, correction } = this;
     if (guess.count !== drawn.count) return;
     if (!this.correcting) correction.fill(0);
     this.correcting = true;
-    for (let i = 0; i < length; i++) correction[i]! += guess.points[i]! - drawn.points[i]!;
+    // After a long pause between two pictures nobody sees a jump any more, but would see the wrong place.
+    const share = Math.exp(-Math.max(0, sinceS - FRAME_S) / SETTLE_S);
+    for (let i = 0; i < length; i++) correction[i]! += share * (guess.points[i]! - drawn.points[i]!);
     if (correction[0]! ** 2 + correction[1]! ** 2 + correction[2]! ** 2 > SETTLE_MOST_MM ** 2) this.correcting = false;
   }
 

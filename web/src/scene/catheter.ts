@@ -197,7 +197,7 @@ export class Catheter {
         const low = Math.min(Math.floor(at), count - 2);
         depth = depths[low]! + (at - low) * (depths[low + 1]! - depths[low]!);
       }
-      const share = depth <= 0 ? 0 : Math.min(1, 0.35 + 0.65 * (depth / DEEP_MM));
+      const share = depth <= 0 ? 0 : Math.min(1, 0.6 + 0.4 * (depth / DEEP_MM));
       changed = this.colourRing(ring, share) || changed;
     }
     if (changed) this.colour.needsUpdate = true;

@@ -62,4 +62,9 @@ const TIP = `
   float window = within * mix(0.45, side, rolled);
   diffuseColor.rgb = mix(diffuseColor.rgb, vec3(0.012, 0.075, 0.05), 0.9 * window);
   diffuseColor.rgb = mix(vec3(0.42, 0.46, 0.50), diffuseColor.rgb, smoothstep(-soft, soft, mm - ${TIP_MM.toFixed(1)}));
+#ifdef USE_COLOR
+  float walled = clamp(1.1 * (1.0 - vColor.g), 0.0, 1.0); // what is in the wall stands out from its own pattern, and through the heart
+  diffuseColor.rgb = mix(diffuseColor.rgb, vec3(1.0), 0.85 * walled);
+  diffuseColor.a = mix(diffuseColor.a, 1.0, 0.9 * walled);
+#endif
 }`;

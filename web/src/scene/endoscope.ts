@@ -26,7 +26,8 @@ const CHEAP_PX = 192;
 const EVERY_MS = 1000 / 30 - 4; // a display's frames do not come at multiples of it
 /** Without a roll the picture keeps upright, easing along with the tip. */
 const EASE_S = 0.3;
-const BACKGROUND = new Color(0x090305);
+/** Where there is no wall to be seen: within tissue, and where a vessel goes on beyond the heart's file. */
+const BACKGROUND = new Color(0x2a0809);
 
 export class EndoscopePicture implements TipView {
   readonly aspect = 1;
@@ -55,7 +56,7 @@ export class Endoscope implements Feature {
   private readonly kept = { colour: new Color(), alpha: 1 };
 
   constructor(private readonly stage: Stage) {
-    const light = new PointLight(0xfff2e6, 34, 0, 1); // at the tip; falls off so that depth is seen
+    const light = new PointLight(0xfff2e6, 46, 0, 1); // at the tip; falls off so that depth is seen
     this.scene.add(stage.heart.inside, this.camera, new AmbientLight(0xffe6dd, 0.16));
     this.camera.add(light);
     this.camera.matrixAutoUpdate = false;

@@ -4,9 +4,9 @@ import { BackSide, Color, FrontSide, MeshBasicMaterial, MeshLambertMaterial, Mes
 import type { Material } from "three";
 import type { Settings } from "../settings";
 
+/** Name of the material of what is cut open. */
+export const CUT_FACE = "cut face";
 export type Side = typeof FrontSide | typeof BackSide;
-/** How bright a cut face is where the wall behind it is seen edge-on and face-on: solid at first sight, hollow at the second. */
-const CUT_SHADE = { dark: "0.55", light: "0.85" };
 /** The inner wall's own colour, in which a part's colour still shows. */
 const ENDOCARDIUM = new Color(0xd98c7c);
 const OWN_COLOUR = 0.26;
@@ -29,27 +29,26 @@ export function translucent(settings: Settings, colour: string, side: Side): Mat
   return material;
 }
 
-/** Returns the far side of a part that is cut open: nearly flat, it looks like the face of the cut. */
+/** Returns the far side of a part that is cut open: one looks into a hollow, the darker the deeper, with a bright rim. */
 export function cutFace(colour: string): Material {
-  const material = new MeshBasicMaterial({ color: new Color(colour), side: BackSide });
+  const material = new MeshLambertMaterial({ name: CUT_FACE, color: new Color(colour), side: BackSide });
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = shader.vertexShader
-      .replace("#include <common>", "#include <common>\nvarying vec3 vAcross;\nvarying vec3 vFrom;")
-      .replace("#include <project_vertex>", "#include <project_vertex>\nvAcross = normalMatrix * normal;\nvFrom = mvPosition.xyz;");
+      .replace("#include <common>", "#include <common>\nvarying float vUnit;")
+      .replace("#include <project_vertex>", "#include <project_vertex>\nvUnit = length((modelViewMatrix * vec4(1.0, 0.0, 0.0, 0.0)).xyz);");
     shader.fragmentShader = shader.fragmentShader
-      .replace("#include <common>", "#include <common>\nvarying vec3 vAcross;\nvarying vec3 vFrom;")
-      .replace("#include <color_fragment>", `#include <color_fragment>
-        diffuseColor.rgb *= mix(${CUT_SHADE.dark}, ${CUT_SHADE.light}, abs(dot(normalize(vAcross), normalize(vFrom))));
-        ${RIM}`);
+      .replace("#include <common>", "#include <common>\nvarying float vUnit;")
+      .replace("#include <opaque_fragment>", `${HOLLOW}\n#include <opaque_fragment>`);
   };
   return material;
 }
 
-/** A bright line of two pixels along the edge of the cut. */
-const RIM = `
+/** Depth behind the cut in the heart's metres; a rim of two pixels along its edge. */
+const HOLLOW = `
 #if NUM_CLIPPING_PLANES > 0
   float beyond = clippingPlanes[0].w - dot(vClipPosition, clippingPlanes[0].xyz);
-  diffuseColor.rgb = mix(vec3(1.0), diffuseColor.rgb, smoothstep(0.6, 2.2, beyond / max(fwidth(beyond), 1e-9)) * 0.55 + 0.45);
+  outgoingLight *= mix(0.92, 0.34, smoothstep(0.0, 0.05, beyond / max(vUnit, 1e-9)));
+  outgoingLight = mix(vec3(1.0), outgoingLight, smoothstep(0.6, 2.2, beyond / max(fwidth(beyond), 1e-9)) * 0.6 + 0.4);
 #endif`;
 
 /** Returns what is written to the depth only, so that of a dense part the nearest face alone is seen. */
@@ -67,10 +66,15 @@ export function innerWall(colour: string): Material {
     shader.fragmentShader = shader.fragmentShader
       .replace("#include <common>", `#include <common>\nvarying vec3 vPlace;\n${MOTTLE}`)
       .replace("#include <color_fragment>", "#include <color_fragment>\ndiffuseColor.rgb *= mottle(vPlace);")
-      .replace("#include <opaque_fragment>", "outgoingLight = 1.0 - exp(-1.15 * outgoingLight); // a wall close by is bright, not white\n#include <opaque_fragment>");
+      .replace("#include <opaque_fragment>", `${TONE}\n#include <opaque_fragment>`);
   };
   return material;
 }
+
+/** A wall close by is bright, not white, and keeps its colour: the brightest channel is brought below 1, the others along with it. */
+const TONE = `
+  float brightest = max(max(outgoingLight.r, outgoingLight.g), max(outgoingLight.b, 1e-4));
+  outgoingLight *= (1.0 - exp(-1.15 * brightest)) / brightest;`;
 
 /** Brightness from a place in mm: smooth noise of 6 mm and 2 mm, and the fine ridges that trabeculae are. */
 const MOTTLE = `

@@ -88,7 +88,8 @@ export class Targets implements Feature, LabelMaker {
     this.ball.visible = target !== null;
     this.way.visible = known;
     if (!known) {
-      this.watch.interrupt();
+      if (target === null) this.watch.restart();
+      else this.watch.interrupt();
       readout.target = null;
       return this.paint(frame) || changed;
     }

@@ -65,20 +65,28 @@ export function annotate(
   context.fillStyle = DIM;
   context.font = "13px system-ui, sans-serif";
   context.fillText("simulated, for training only", width - 10, height - 14);
-  drawLegend(context, state.legend);
+  drawLegend(context, state.legend, width);
   if (state.message !== "") drawMessage(context, state.message, width, height);
 }
 
-/** Names beside colours, in the corner above the sector's proximal or distal edge that holds no numbers. */
-function drawLegend(context: CanvasRenderingContext2D, legend: PanelState["legend"]): void {
+/** Returns a name as echocardiographers write it: the initials of several words (`LV`), one word as it is. */
+export function shortName(name: string): string {
+  const words = name.split(/[\s-]+/).filter((word) => word !== "");
+  return words.length < 2 ? name : words.map((word) => word[0]!.toUpperCase()).join("");
+}
+
+/** Names beside colours, half of them in each upper corner: there the sector leaves room for four short rows, not for eight. */
+function drawLegend(context: CanvasRenderingContext2D, legend: PanelState["legend"], width: number): void {
   context.font = "14px system-ui, sans-serif";
-  context.textAlign = "left";
-  for (const [row, [name, colour]] of legend.entries()) {
-    const y = 90 + 19 * row;
+  const rows = Math.ceil(legend.length / 2);
+  for (const [at, [name, colour]] of legend.entries()) {
+    const onRight = at >= rows;
+    const y = 90 + 19 * (onRight ? at - rows : at);
+    context.textAlign = onRight ? "right" : "left";
     context.fillStyle = colour;
-    context.fillRect(12, y - 6, 11, 11);
+    context.fillRect(onRight ? width - 23 : 12, y - 6, 11, 11);
     context.fillStyle = INK;
-    context.fillText(name, 29, y);
+    context.fillText(shortName(name), onRight ? width - 29 : 29, y);
   }
 }
 

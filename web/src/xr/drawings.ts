@@ -43,7 +43,9 @@ export interface HandState {
 export class HandDrawings {
   private readonly controllers = instances(controllerShape(), 0x202a36, 2);
   private readonly bones = instances(boneShape(), 0x1a2430, 2 * BONES.length);
-  private readonly marks = new Marks();
+  readonly marks = new Marks();
+  /** Whether a bare hand is where it was last drawn; else its bones have to be put away first. */
+  private readonly posed = [true, true];
 
   constructor(private readonly pointers: readonly [Pointer, Pointer], scene: Scene) {
     this.controllers.name = "controllers";
@@ -69,10 +71,8 @@ export class HandDrawings {
     }
     this.controllers.visible = held;
     this.bones.visible = bare;
-    for (const each of [this.controllers, this.bones]) {
-      each.instanceMatrix.needsUpdate = true;
-      each.instanceColor!.needsUpdate = true;
-    }
+    this.controllers.instanceMatrix.needsUpdate = true;
+    this.controllers.instanceColor!.needsUpdate = true;
     this.marks.finish();
   }
 
@@ -81,6 +81,10 @@ export class HandDrawings {
   }
 
   private poseHand(side: number, pointer: Pointer | null, colour: Color): void {
+    if (pointer === null && !this.posed[side]) return;
+    this.posed[side] = pointer !== null;
+    this.bones.instanceMatrix.needsUpdate = true;
+    this.bones.instanceColor!.needsUpdate = true;
     for (let index = 0; index < BONES.length; index++) {
       const slot = side * BONES.length + index;
       const [from, to] = BONES[index]!;

@@ -43,12 +43,12 @@ export class LazyFollower {
     const first = this.wanted.lengthSq() === 0;
     const { position } = plate.group;
     work.direction.set(0, -Math.sin(this.downRad), -Math.cos(this.downRad)).applyQuaternion(head.orientation);
-    if (room !== null) this.keepClear(plate, head, room);
+    const blocked = room !== null && this.keepClear(plate, head, room);
     this.wanted.copy(head.position).addScaledVector(work.direction, this.aheadM);
     work.present.subVectors(position, head.position);
     const away = work.present.lengthSq() < 1e-9 ? Math.PI : work.present.angleTo(work.direction);
     const distance = work.present.length();
-    if (away > SLACK_RAD || Math.abs(distance / this.aheadM - 1) > 0.25) this.following = true;
+    if (blocked || away > SLACK_RAD || Math.abs(distance / this.aheadM - 1) > 0.25) this.following = true;
     else if (away < CLOSE_RAD) this.following = false;
     if (first) position.copy(this.wanted);
     else if (this.following) position.lerp(this.wanted, 1 - Math.exp(-dtS / FOLLOW_S));
@@ -56,8 +56,8 @@ export class LazyFollower {
     plate.group.updateMatrixWorld(true);
   }
 
-  /** Turns the wanted direction up or down to where nothing is, and follows when something has come to where the plate is. */
-  private keepClear(plate: CanvasPlate, head: Head, room: Clearing): void {
+  /** Turns the wanted direction up or down to where nothing is; returns whether something is where the plate is now. */
+  private keepClear(plate: CanvasPlate, head: Head, room: Clearing): boolean {
     const halfHeight = Math.atan(plate.heightM / 2 / this.aheadM);
     const azimuth = azimuthOf(work.direction);
     const wanted = elevationOf(work.direction);
@@ -65,7 +65,7 @@ export class LazyFollower {
     const free = room.nearest(azimuth, wanted, halfWidth, halfHeight);
     if (free !== wanted) work.direction.set(Math.sin(azimuth) * Math.cos(free), Math.sin(free), -Math.cos(azimuth) * Math.cos(free));
     work.present.subVectors(plate.group.position, head.position);
-    if (room.blocked(azimuthOf(work.present), elevationOf(work.present), halfWidth, halfHeight)) this.following = true;
+    return room.blocked(azimuthOf(work.present), elevationOf(work.present), halfWidth, halfHeight);
   }
 }
 

@@ -1,7 +1,7 @@
 /** The headset: its sessions, the viewer's hands, where the world stands, the menu, the numbers and what must not be missed. */
 
-import { Color, Vector3 } from "three";
-import type { Scene } from "three";
+import { Color, Mesh, Vector3 } from "three";
+import type { Material, Object3D, Scene } from "three";
 import type { SceneDescription } from "../generated/messages";
 import type { Plate } from "../flat/plate";
 import type { DrawnTrack } from "../motion/drawn";
@@ -32,9 +32,9 @@ import { WristButton } from "./wrist";
 const SAY_EVERY_MS = 200;
 /** Of the heart with its vessels, at true scale. */
 const HEART_RADIUS_M = 0.075;
-/** So much enlarged, the heart is around its viewer: the box is out of place, and walls are to be seen as walls. */
+/** So much enlarged, the heart is around its viewer: the box is out of place. */
 const NEARLY_INSIDE = 4;
-const WALL_OPACITY = 0.82;
+
 /** The first frames may come before the headset knows where it is. */
 const SETTLED_FRAMES = 3;
 /** xr-standard mapping. */
@@ -68,6 +68,7 @@ export class Immersion implements Feature {
   private bare = false;
   private readonly place = new Vector3();
   private readonly clearing = new Clearing();
+  private boxShown = true;
 
   constructor(private readonly stage: Stage) {
     const { view, settings } = stage;
@@ -107,6 +108,7 @@ export class Immersion implements Feature {
   describe(scene: SceneDescription): void {
     this.parts = (scene.heart?.parts ?? []).map((part) => ({ name: part.name, label: part.label }));
     this.menu.refresh();
+    this.boxShown = true;
     if (this.framesIn >= 0) this.framesIn = 0; // another heart: before the viewer, as at the beginning
     this.showFloor();
   }
@@ -137,11 +139,33 @@ export class Immersion implements Feature {
   /** Comes after all that stands in the scene is as it should be: draws it in fewer calls. */
   private gather(): void {
     if (!this.stage.view.immersive) return;
-    const inside = this.places.scale >= NEARLY_INSIDE;
-    const roi = this.stage.view.box.getObjectByName("roi");
-    if (roi !== undefined) roi.visible = !inside;
-    this.heart.update(inside ? WALL_OPACITY : 0);
+    const around = this.places.scale >= NEARLY_INSIDE;
+    this.showBox(!around);
+    const within = around && this.isWithin();
+    this.heart.update(within);
+    this.showBefore(within);
     this.labels.update(this.stage.view.labelsVersion);
+  }
+
+  /** Whether the viewer's head is in the blood of the heart. */
+  private isWithin(): boolean {
+    const { blood, view } = this.stage;
+    return blood !== null && blood.chamberAt(view.box.worldToLocal(this.place.copy(this.head.position))) !== 0;
+  }
+
+  private showBox(visible: boolean): void {
+    if (visible === this.boxShown) return;
+    this.boxShown = visible;
+    const roi = this.stage.view.box.getObjectByName("roi");
+    if (roi !== undefined) roi.visible = visible;
+  }
+
+  /** In a chamber of the heart, walls stand between the viewer and plates: these are drawn over them then. */
+  private showBefore(within: boolean): void {
+    drawBefore(this.hud.group, within);
+    for (const plate of this.own) drawBefore(plate.group, within);
+    for (const plate of this.stage.plates) drawBefore(plate.group, within);
+    drawBefore(this.hands.marks.mesh, within);
   }
 
   /** Puts the world somewhere before or around the viewer. */
@@ -220,8 +244,8 @@ export class Immersion implements Feature {
     for (const plate of [this.hud, this.wrist]) plate.group.visible = false;
     this.hands.hide();
     this.heart.release();
-    const roi = this.stage.view.box.getObjectByName("roi");
-    if (roi !== undefined) roi.visible = true;
+    this.showBox(true);
+    this.showBefore(false);
     this.labels.release();
     this.showFloor();
   }
@@ -350,4 +374,13 @@ function lengthOf({ points, count }: DrawnTrack): number {
     length += Math.hypot(points[i]! - points[i - 3]!, points[i + 1]! - points[i - 2]!, points[i + 2]! - points[i - 1]!);
   }
   return length;
+}
+
+/** Lets a thing be drawn over what is nearer; looks only when that changes. */
+function drawBefore(thing: Object3D, before: boolean): void {
+  if ((thing.userData["before"] ?? false) === before) return;
+  thing.userData["before"] = before;
+  thing.traverse((node) => {
+    if (node instanceof Mesh) (node.material as Material).depthTest = !before;
+  });
 }

@@ -16,8 +16,8 @@ import { levelForward } from "./placement";
 /** Pixels a mm: about 23 a degree, as fine as a present headset shows. */
 const SHARPNESS = 2.3;
 /** To the right of the heart, at arm's length: neither covers it nor what stands to its left. */
-const AHEAD_M = 0.5;
-const RIGHT_M = 0.36;
+const AHEAD_M = 0.48;
+const RIGHT_M = 0.385;
 const BELOW_M = 0.14;
 /** A dragged slider is drawn anew this often at most. */
 const REDRAW_MS = 40;
@@ -192,8 +192,8 @@ export class Menu extends CanvasPlate {
     const row = this.rows[this.dragging];
     const { store } = this.parts;
     if (row?.kind === "slider") store.set(slid(row, shareAlong(row, this.dragging, x)));
-    else if (row?.kind === "part") store.setPart(row.part, { visible: true, opacity: Math.round(50 * shareAlong(row, this.dragging, x)) / 50 });
-    else this.dragging = -1;
+    else if (row?.kind !== "part") this.dragging = -1;
+    else store.setPart(row.part, { visible: true, opacity: Math.round(50 * shareAlong(row, this.dragging, x)) / 50 });
   }
 }
 

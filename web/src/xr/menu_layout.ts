@@ -14,6 +14,9 @@ const FOOT = 40;
 const MARGIN = 12;
 export const HEIGHT = BAR + TAB + ROWS_SHOWN * (ROW + GAP) + FOOT + 2 * GAP;
 
+/** Widths of what names a row. */
+const LABEL = { toggle: 360, buttons: 96, part: 176, choice: 170, slider: 170 } as const;
+
 /** Heights of letters' em, mm. Seen from arm's length (0.6 m) a capital (0.7 em) of the smaller is 1.1 degrees high. */
 export const EM = { large: 18.5, small: 16.6 } as const;
 
@@ -32,7 +35,7 @@ export function rowRect(index: number): Rect {
 }
 
 export function labelRect(row: Row, rect: Rect): Rect {
-  const w = row.kind === "text" ? rect.w - 2 * MARGIN : row.kind === "toggle" ? 360 : row.kind === "buttons" ? 96 : row.kind === "part" ? 176 : 170;
+  const w = row.kind === "text" ? rect.w - 2 * MARGIN : LABEL[row.kind];
   return { x: rect.x + MARGIN, y: rect.y, w, h: rect.h };
 }
 

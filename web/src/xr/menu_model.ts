@@ -70,7 +70,8 @@ function allRows(tab: Tab, now: Situation): Row[] {
   if (tab === "Place") return placeRows(now);
   if (tab === "Parts") return partRows(now);
   const { store } = now;
-  const rows = CONTROLS.filter((each) => each.group === GROUP[tab] && (each.shown?.(store.value) ?? true)).map((each) => rowOf(each, store));
+  const controls = CONTROLS.filter(({ group, shown }) => group === GROUP[tab] && (shown?.(store.value) ?? true));
+  const rows = controls.map((each) => rowOf(each, store));
   if (tab === "Targets") rows.push(...targetRows(now));
   if (tab === "View" && store.value.mode === "2d") rows.push(armRow(store, 0), armRow(store, 1));
   if (tab === "Ultrasound" && rows.length === 0) {
@@ -110,9 +111,11 @@ function targetRows({ store, target, tip }: Situation): Row[] {
     { kind: "text", label: store.value.targets ? name : "Places to reach, with distance and angle", help: "", locked: null },
     { ...row, label: "In force", help: "Which target counts", locked: held ?? off ?? none,
       buttons: [{ label: "‹ Previous", act: { target: "previous" } }, { label: "Next ›", act: { target: "next" } }] },
-    { ...row, label: "Add", help: "A target of your own, where the tip is now", locked: held ?? off ?? (tip ? null : "The tip is not tracked now."),
+    { ...row, label: "Add", help: "A target of your own, where the tip is now",
+      locked: held ?? off ?? (tip ? null : "The tip is not tracked now."),
       buttons: [{ label: "At the tip", act: { target: "add" } }] },
-    { ...row, label: "Remove", help: "Takes your own target away", locked: held ?? off ?? none ?? (target?.own === true ? null : "This one belongs to the scene: it stays."),
+    { ...row, label: "Remove", help: "Takes your own target away",
+      locked: held ?? off ?? none ?? (target?.own === true ? null : "This one belongs to the scene: it stays."),
       buttons: [{ label: "Remove this one", act: { target: "remove" } }] },
   ];
 }
@@ -123,7 +126,9 @@ function armRow(store: SettingsStore, arm: 0 | 1): Row {
   return {
     kind: "buttons", label: `Arm ${"AB"[arm]}`, help: "Usual angles one by one; drag the picture for any other",
     locked: store.locked("arms") ? store.why("arms") : null,
-    buttons: [{ label: "‹", act: { arm, by: -1 } }, { label: armText({ laoDeg, cranialDeg }), act: { arm, by: 1 } }, { label: "›", act: { arm, by: 1 } }],
+    buttons: [
+      { label: "‹", act: { arm, by: -1 } }, { label: armText({ laoDeg, cranialDeg }), act: { arm, by: 1 } }, { label: "›", act: { arm, by: 1 } },
+    ],
   };
 }
 
@@ -143,7 +148,8 @@ function placeRows({ canGuide }: Situation): Row[] {
       buttons: PLACEMENTS.map(({ name, label }) => ({ label, act: { place: name } })) },
     { kind: "buttons", label: "Reset", help: "Everything back before you, at true scale", locked: null,
       buttons: [{ label: "Put it before me", act: { place: "table" } }] },
-    { kind: "buttons", label: "Session", help: "Back to the page", locked: null, buttons: [{ label: "Leave the headset view", act: { leave: true } }] },
+    { kind: "buttons", label: "Session", help: "Back to the page", locked: null,
+      buttons: [{ label: "Leave the headset view", act: { leave: true } }] },
   ];
   if (canGuide) rows.splice(2, 0, guideRow());
   return rows;

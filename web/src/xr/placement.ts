@@ -12,7 +12,8 @@ export const PLACEMENTS: readonly { readonly name: Placement; readonly label: st
 
 export const BELOW_EYES_M = 0.35;
 export const AHEAD_M = 0.55;
-export const INSIDE_SCALE = 12;
+/** A chamber of 45 mm is a room of a metre. */
+export const INSIDE_SCALE = 24;
 /** What is looked at inside lies this far below the horizon: where eyes rest. */
 const LOOK_DOWN_RAD = (12 * Math.PI) / 180;
 /** Farther than this a heart at true scale would not be found. */

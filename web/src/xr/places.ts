@@ -14,6 +14,8 @@ const TRAVEL_MS = 420;
 const DARK_MS = 380;
 /** Where nothing is known of the blood, the head goes this far behind the tip. */
 const UNKNOWN_BACK_MM = 25;
+/** From where a tip is seen best, in its own frame: behind it, but neither in its shaft nor in its beam. */
+const ASIDE = new Vector3(-0.66, 0, -0.75);
 const box = new Box3();
 
 export class Places {
@@ -122,7 +124,7 @@ export class Places {
     const anchor = new Vector3();
     const behind = new Vector3(-1, 0, 0);
     this.box.updateMatrix();
-    if (tip.valid) behind.set(0, 0, -1).transformDirection(tip.matrix);
+    if (tip.valid) behind.copy(ASIDE).transformDirection(tip.matrix);
     const middle = this.centre.clone().applyMatrix4(this.box.matrix.clone().invert());
     const anchors: Vector3[] = [middle];
     if (targets.active !== null) anchors.unshift(targets.active.position);

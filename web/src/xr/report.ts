@@ -53,6 +53,8 @@ export interface XrDebug {
   /** What stands in the scene to be drawn now, each by the names from the scene down; what is out of view too. */
   drawables(): string[];
   go(placement: Placement): void;
+  /** Begins the guide, where there is one. */
+  guide(): void;
   enter(mode: XrMode): Promise<void>;
   leave(): void;
   set: SettingsStore["set"];
@@ -78,6 +80,7 @@ export function xrDebug(immersion: Immersion, store: SettingsStore): XrDebug {
     background: () => immersion.background,
     clearTimes: () => immersion.clearTimes(),
     drawables: () => drawables(immersion.scene),
+    guide: () => immersion.guide?.(),
     go: (placement) => immersion.go(placement),
     enter: (mode) => immersion.sessions.enter(mode),
     leave: () => immersion.sessions.leave(),

@@ -45,7 +45,7 @@ def test_a_newcomer_is_led_through_all_of_it_at_the_desktop(newcomer: Open) -> N
     assert page.locator(".guide-skip").is_hidden()
     page.get_by_role("button", name="Done").click()
     assert person.phase == "idle"
-    assert page.locator(".guide").is_hidden()
+    page.locator(".guide").wait_for(state="hidden")
     assert (
         person.ask("window.__cathxr.scene().targets.filter((each) => /Practice/.test(each.name ?? each)).length") == 0
     )
@@ -129,7 +129,7 @@ def test_it_can_be_left_at_any_step_and_taken_up_again_from_help(newcomer: Open)
     page.get_by_role("button", name="Next").click()
     page.keyboard.press("Escape")
     assert person.phase == "idle"
-    assert page.locator(".guide").is_hidden()
+    page.locator(".guide").wait_for(state="hidden")
     assert "Help" in page.locator("#toasts").inner_text()
 
     page.keyboard.press("?")

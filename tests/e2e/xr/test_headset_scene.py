@@ -191,15 +191,14 @@ def test_at_first_nothing_covers_anything(room: Headset, pitch_deg: float) -> No
     world = room.world()
     centre = (world @ [*room.ask("window.__cathxr.xr.centre()"), 1.0])[:3] - head
     half_heart = np.arcsin(HEART_RADIUS_M / np.linalg.norm(centre))
-    middle = _angles(centre)
-    seen = {"heart": np.array([middle - half_heart, middle + half_heart])}
-    for plate in room.ask("window.__cathxr.xr.plates()"):
-        corners = np.array([_angles(np.array(corner) - head) for corner in plate["corners"]])
-        seen[plate["title"]] = np.array([corners.min(axis=0), corners.max(axis=0)])
-    assert set(seen) == {"heart", "numbers", "menu", "Ultrasound (ICE)"}
-    for (name, a), (other, b) in combinations(seen.items(), 2):
-        apart = np.maximum(a[0] - b[1], b[0] - a[1])
-        assert apart.max() > 0.0, f"{name} {np.degrees(a)} and {other} {np.degrees(b)} overlap"
+    plates = {each["title"]: np.array(each["corners"]) - head for each in room.ask("window.__cathxr.xr.plates()")}
+    assert set(plates) == {"numbers", "menu", "Ultrasound (ICE)"}
+    for name, corners in plates.items():
+        away = [angle_deg(point, centre) for point in _points(corners)]
+        assert min(away) > np.degrees(half_heart), f"{name} covers the heart"
+    for (name, a), (other, b) in combinations(plates.items(), 2):
+        for one, another in ((a, b), (b, a)):
+            assert not any(_behind(one, point) for point in _points(another)), f"{name} and {other} overlap"
 
 
 def test_graphics_that_are_taken_away_are_said_and_come_back(room: Headset) -> None:
@@ -223,9 +222,17 @@ def test_graphics_that_are_taken_away_are_said_and_come_back(room: Headset) -> N
     assert room.report()["mode"] == "vr"
 
 
-def _angles(way: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return azimuth and elevation, rad."""
-    return np.array([np.arctan2(way[0], -way[2]), np.arctan2(way[1], np.hypot(way[0], way[2]))])
+def _points(corners: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return places all over a plate, (N, 3), from its corners, round from the lower left."""
+    u, v = (each.ravel()[:, None] for each in np.meshgrid(np.linspace(0, 1, 21), np.linspace(0, 1, 21)))
+    return np.asarray(corners[0] + u * (corners[1] - corners[0]) + v * (corners[3] - corners[0]))
+
+
+def _behind(corners: npt.NDArray[np.float64], way: npt.NDArray[np.float64]) -> bool:
+    """Return whether one who looks in a direction looks at a plate; both from the head."""
+    columns = np.stack([way, corners[0] - corners[1], corners[0] - corners[3]], axis=1)
+    t, u, v = np.linalg.solve(columns, corners[0])
+    return bool(t > 0 and 0 <= u <= 1 and 0 <= v <= 1)
 
 
 def _labels(url: str) -> tuple[dict[str, Any], npt.NDArray[np.uint8]]:

@@ -34,9 +34,9 @@ const OVER_HEART = 35;
 /** In the wall the skin is multiplied by this, in full from this depth on. */
 const WALL_COLOUR = [1, 0.1, 0.32] as const;
 const DEEP_MM = 1.5;
-/** Changes below these are not worth a new picture. */
-const SEEN_MM = 0.002;
-const SEEN_TURN = 1e-5;
+/** Changes below these are not worth a new picture: a tenth of a pixel on a page. At rest the page then rests too. */
+const SEEN_MM = 0.01;
+const SEEN_TURN = 3e-4;
 
 export class Catheter {
   readonly group = new Group();

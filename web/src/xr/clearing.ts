@@ -6,7 +6,7 @@ import type { Head } from "./placement";
 
 const MOST = 12;
 /** Kept free between two things. */
-const GAP_RAD = (1 * Math.PI) / 180;
+const GAP_RAD = (2.5 * Math.PI) / 180;
 const LOWEST_RAD = (-80 * Math.PI) / 180;
 const HIGHEST_RAD = (60 * Math.PI) / 180;
 const work = { way: new Vector3(), size: new Vector3(), turn: new Quaternion() };

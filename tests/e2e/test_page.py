@@ -34,14 +34,14 @@ new Promise((done) => {
     const { extrapolated, stale } = window.__cathxr.scene();
     const now = performance.now();
     if (extrapolated || stale || window.__cathxr.drawn() === null) since = now;
-    if (now - since > 80) done(window.__cathxr.drawn());
+    if (now - since > 200) done(window.__cathxr.drawn());
     else if (now - begun > 5000) done(null);
     else requestAnimationFrame(step);
   };
   requestAnimationFrame(step);
 })
 """
-"""What is drawn once nothing was carried on beyond the newest Track for 80 ms: twice what taking it back needs."""
+"""What is drawn once nothing was carried on beyond the newest Track for 200 ms: of a wrong guess 1 % is then left."""
 
 
 class LiveProcess:
@@ -86,6 +86,7 @@ class Witness:
         self.tracks: dict[int, list[float]] = {}
         self.truths: dict[int, list[float]] = {}
         self.instants: dict[int, float] = {}
+        self.tracked: set[int] = set()
         self._url = f"ws://127.0.0.1:{port}/ws?protocol=1"
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._listen)
@@ -104,6 +105,8 @@ class Witness:
                 message = json.loads(link.recv(timeout=HANG_S))
                 if message["type"] == "track" and message["tip"] is not None:
                     self.tracks[message["seq"]] = message["tip"]["position"]
+                    if message["status"] == "tracked":
+                        self.tracked.add(message["seq"])
                     self.instants[message["seq"]] = message["t"]
                 elif message["type"] == "event" and message["kind"] == "truth" and message["payload"]["tip"]:
                     self.truths[message["payload"]["seq"]] = message["payload"]["tip"]
@@ -165,29 +168,38 @@ def watched(browser: Browser, live: LiveProcess) -> Iterator[Watched]:
 def test_the_tip_is_drawn_where_the_twin_has_it(watched: Watched, live: LiveProcess) -> None:
     watched.until("window.__cathxr?.drawn()")
     samples: dict[float, list[float]] = {}
+    received: set[int] = set()
     compared: list[tuple[list[float], NDArray[np.float64], NDArray[np.float64]]] = []
     with Witness(live.port) as witness:
         deadline = time.monotonic() + HANG_S
         while time.monotonic() < deadline and len(compared) < 12:
-            if drawn := watched.ask("window.__cathxr.drawn()"):
+            drawn = watched.page.evaluate(_SETTLED)
+            received.update(watched.ask("window.__cathxr.received()"))
+            if drawn:
                 samples[drawn["t"]] = drawn["tip"]
-            compared = [(tip, *found) for t, tip in samples.items() if (found := _between(witness, t)) is not None]
+            compared = [
+                (tip, *found) for t, tip in samples.items() if (found := _between(witness, received, t)) is not None
+            ]
             watched.page.wait_for_timeout(80)
     assert len(compared) >= 12, f"of {len(samples)} drawn instants only {len(compared)} lie between known pairs"
     drawn_tips, tracks, truths = (np.array(each) for each in zip(*compared, strict=True))
     # What is drawn lies between two Tracks, at the instant that it says; the filter against shimmer may hold it back by
-    # 0.25 mm. What was carried on beyond the newest Track, where Tracks come late on a busy machine, is not looked at.
+    # four times the noise, of which it believes sigma_mm / sqrt(3) at most: 0.1 mm. Not looked at: what was carried on
+    # beyond the newest Track, and where the page skipped a Track, or one only coasts.
     assert np.percentile(np.linalg.norm(drawn_tips - tracks, axis=1), 90) < 0.3
     # The requirement. The tracker's own error on smooth scenes is to be under 0.5 mm on average.
     assert np.percentile(np.linalg.norm(drawn_tips - truths, axis=1), 90) < 1.0
     assert np.ptp(drawn_tips, axis=0).max() > 0.1, "the catheter does not move"
 
 
-def _between(witness: Witness, t: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return the tip of the Tracks and the true one at an instant, mm; None where the pairs around it are not known."""
+def _between(witness: Witness, received: set[int], t: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Return the tip of the Tracks and the true one at an instant, mm; None where the pairs around it are not known.
+
+    received: the pairs whose Tracks the page has had, too.
+    """
     known = sorted((at, seq) for seq, at in dict(witness.instants).items() if seq in witness.truths)
     for (before, a), (after, b) in itertools.pairwise(known):
-        if before <= t <= after and after - before < 0.25:
+        if before <= t <= after and after - before < 0.25 and {a, b} <= received & witness.tracked:
             share = (t - before) / (after - before)
             tips = ([np.array(of[a]), np.array(of[b])] for of in (witness.tracks, witness.truths))
             track, truth = (first + share * (second - first) for first, second in tips)

@@ -135,6 +135,7 @@ export class App {
       get status() { return byId("status").textContent ?? ""; },
       get link() { return app.linkState.phase; },
       get connections() { return app.link.connections; },
+      received: () => app.tracks.received(),
       get lastSeq() { return app.tracks.newest?.seq ?? -1; },
       get consoleErrors() { return app.errors.count; },
       get pixelRatio() { return app.stagecraft.view.pixelRatio; },

@@ -16,6 +16,8 @@ export interface DebugHandle {
   readonly link: string;
   /** Links opened so far. */
   readonly connections: number;
+  /** Numbers of the last Tracks that came, up to 256 of them. */
+  received(): number[];
   /** Number of the newest Track; -1 before the first. */
   readonly lastSeq: number;
   /** Errors on the console, uncaught ones included. */

@@ -59,7 +59,7 @@ def test_the_picture_is_one_of_blood_and_walls_and_does_what_it_is_told(turning:
     picture = grey(page)
     beyond_ring = picture[40:]
     assert np.median(beyond_ring) < 60
-    assert np.percentile(beyond_ring, 99) > 170
+    assert np.percentile(beyond_ring, 99) > 120  # walls: twice the brightest that the middle of all may be
     page.set(gainDb=12)
     made = page.ask("window.__cathxrFlat.ice().made")
     page.until(f"window.__cathxrFlat.ice().made > {made + 5}")

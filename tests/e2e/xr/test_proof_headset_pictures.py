@@ -11,7 +11,7 @@ from ..flat.played import Played
 from .headset import Headset
 
 FINE = "?xr=emulate&aa=1&dpr=1&pictures=0&iceHz=5&guide=0"
-SIZE = (1200, 520)
+SIZE = (1800, 780)
 MOST_BYTES = 300_000
 
 

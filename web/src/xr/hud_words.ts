@@ -39,16 +39,18 @@ export function hudLines(now: HudFigures): Line[] {
   return lines;
 }
 
-/** What counts comes first, the other pair of figures softly below it. */
+/** What counts comes first, the other pair of figures softly beside it. */
 function targetLines(target: TargetReadout): Line[] {
-  const tip = `tip ${millimetres(target.distanceMm)}, ${degrees(target.angleDeg)}`;
+  const tip = `tip ${millimetres(target.distanceMm)} ${degrees(target.angleDeg)}`;
   const { beamDistanceMm, beamAngleDeg } = target;
-  const beam = beamDistanceMm === null || beamAngleDeg === null ? "beam unknown" : `beam ${millimetres(beamDistanceMm)}, ${degrees(beamAngleDeg)}`;
+  const beam = beamDistanceMm === null || beamAngleDeg === null ? "beam unknown" : `beam ${millimetres(beamDistanceMm)} ${degrees(beamAngleDeg)}`;
   const [counts, other] = target.by === "tip" ? [tip, beamDistanceMm === null ? null : beam] : [beam, tip];
   const tone = target.reached || target.within ? "good" : "text";
   const name = target.reached ? `${target.name}: reached` : `To ${target.name}`;
-  const first: Line = { left: { text: name, tone }, right: { text: counts, tone } };
-  return other === null ? [first] : [first, { left: soft(""), right: soft(other) }];
+  return [
+    { left: { text: name, tone }, right: null },
+    { left: { text: counts, tone }, right: other === null ? null : soft(other) },
+  ];
 }
 
 function millimetres(value: number): string {

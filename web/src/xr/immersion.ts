@@ -32,6 +32,8 @@ import { WristButton } from "./wrist";
 const SAY_EVERY_MS = 200;
 /** Of the heart with its vessels, at true scale. */
 const HEART_RADIUS_M = 0.075;
+/** Kept in sight about the tip, at true scale. */
+const TIP_RADIUS_M = 0.004;
 /** So much enlarged, the heart is around its viewer: the box is out of place. */
 const NEARLY_INSIDE = 4;
 
@@ -340,6 +342,9 @@ export class Immersion implements Feature {
     clearing.begin(this.head);
     if (this.stage.world.visible && places.scale < NEARLY_INSIDE) {
       clearing.ball(places.grab.world.apply(this.place.copy(places.centre)), HEART_RADIUS_M * places.scale);
+    } else if (this.stage.world.visible && this.stage.tip.valid) {
+      // Inside, the heart is all around: what must be seen there is the tip.
+      clearing.ball(this.roomFromBox(this.place.setFromMatrixPosition(this.stage.tip.matrix)), TIP_RADIUS_M * places.scale);
     }
     for (const plate of pointable) if (plate !== this.wrist && isShown(plate)) clearing.plate(plate);
     return clearing;

@@ -8,6 +8,7 @@ import pytest
 from .newcomer import DONE, HANG_S, Wearer, to_target
 
 
+@pytest.mark.proof  # minutes; at the desktop all of it is done in every run
 def test_a_newcomer_is_led_through_all_of_it_by_ray(wearer: Wearer) -> None:
     _begin(wearer, "controller")
     for step, buttons in (

@@ -22,16 +22,13 @@ _NAMES = {"chromium": ("chromium", "chromium-browser", "google-chrome", "google-
 
 # Tests of these folders run real processes and threads against the clock: one at a time, with nothing beside them.
 _LIVE = ("e2e", "firmware", "contract", "runtime")
-# But not these: files in, files out, or a recording that is played to a browser.
+# But not these: files in, files out.
 _OFFLINE = (
     "test_builtin_heart.py",
     "test_calibration_boards.py",
     "test_calibration_chain.py",
     "test_heart_build.py",
     "test_heart_deidentified.py",
-    "test_flat_views.py",
-    "test_headset_budget.py",
-    "test_headset_scene.py",
     "test_heart_info.py",
     "test_photographs.py",
     "test_proof_heart_build.py",

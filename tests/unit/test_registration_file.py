@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cathxr.app.register_command import register as register_command
 from cathxr.core import ConfigError, DataError, Pose, RegistrationError
 from cathxr.heart import builtin_path
 from cathxr.registration import (
+    BEFORE_MM,
     Kind,
     LandmarkPair,
     Registration,
@@ -94,6 +96,11 @@ def test_placement_puts_the_way_in_and_the_aim_on_x(inlet: np.ndarray, offset: n
     assert up[1] < 0.0  # towards anterior, which is -y in LPS
     assert abs(side[1]) < 1e-9  # no rotation about x brings +z nearer to anterior
     assert not registration.is_measured
+
+
+def test_the_command_puts_the_inlet_where_the_default_placement_does() -> None:
+    option = next(each for each in register_command.params if each.name == "before")
+    assert option.default == BEFORE_MM
 
 
 def test_placement_of_a_standing_vein_is_a_patient_on_the_back() -> None:

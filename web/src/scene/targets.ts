@@ -41,6 +41,11 @@ export class Targets implements Feature, LabelMaker {
   private readonly way: Line<BufferGeometry, LineDashedMaterial>;
   private readonly wayEnds = new BufferAttribute(new Float32Array(6), 3).setUsage(DynamicDrawUsage);
   private readonly wayLengths = new BufferAttribute(new Float32Array(2), 1).setUsage(DynamicDrawUsage);
+  /** Kept: a material that goes takes its program along, and the next one would be compiled in the middle of a session. */
+  private readonly dot = {
+    shape: new SphereGeometry(OTHER_MM, 16, 10),
+    material: new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.75 }),
+  };
   private others: InstancedMesh<SphereGeometry, MeshLambertMaterial> | null = null;
   private labels: Sprite[] = [];
   private readonly tone = new ReachedTone();
@@ -171,7 +176,7 @@ export class Targets implements Feature, LabelMaker {
       this.ring.scale.setScalar(Math.max(RING.leastMm, active.radiusMm));
     }
     const others = targets.targets.filter((target) => target !== active && (reaching || (landmarks && !target.own)));
-    this.others = makeDots(others);
+    this.others = this.makeDots(others);
     if (this.others !== null) this.group.add(this.others);
     for (const target of targets.targets) {
       if (target === active || (landmarks && !target.own)) this.addLabel(target, target === active);
@@ -198,21 +203,18 @@ export class Targets implements Feature, LabelMaker {
     this.labels = [];
     this.others?.removeFromParent();
     this.others?.dispose();
-    this.others?.geometry.dispose();
-    this.others?.material.dispose();
     this.others = null;
+  }
+
+  /** Returns small balls at targets, all in one go; null for none. */
+  private makeDots(targets: readonly Target[]): InstancedMesh<SphereGeometry, MeshLambertMaterial> | null {
+    if (targets.length === 0) return null;
+    const dots = new InstancedMesh(this.dot.shape, this.dot.material, targets.length);
+    const place = new Matrix4();
+    targets.forEach(({ position }, i) => dots.setMatrixAt(i, place.compose(position, new Quaternion(), new Vector3(1, 1, 1))));
+    dots.renderOrder = BALL_ORDER;
+    return dots;
   }
 }
 
 const GREEN = new Color(REACHED_COLOUR);
-
-/** Returns small balls at targets, all in one go; null for none. */
-function makeDots(targets: readonly Target[]): InstancedMesh<SphereGeometry, MeshLambertMaterial> | null {
-  if (targets.length === 0) return null;
-  const material = new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.75 });
-  const dots = new InstancedMesh(new SphereGeometry(OTHER_MM, 16, 10), material, targets.length);
-  const place = new Matrix4();
-  targets.forEach(({ position }, i) => dots.setMatrixAt(i, place.compose(position, new Quaternion(), new Vector3(1, 1, 1))));
-  dots.renderOrder = BALL_ORDER;
-  return dots;
-}

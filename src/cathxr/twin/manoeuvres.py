@@ -63,6 +63,12 @@ def _curl(rng: np.random.Generator) -> Motion:
     return _waves(rng, base, np.array([12.0, 40.0, *np.abs(45.0 * share)]), periods_s=(8.0, 14.0))
 
 
+def _crossing(rng: np.random.Generator) -> Motion:
+    # Bent by more than a half turn with much of the body out: the end passes over the body in one view after the other.
+    base = _pose(rng, insertion=(100.0, 108.0), roll=180.0, flexion=(245.0, 255.0))
+    return _waves(rng, base, np.array([8.0, 90.0, 8.0, 8.0]), periods_s=(8.0, 14.0))
+
+
 def _full_range(rng: np.random.Generator) -> Motion:
     base = np.array([62.0, 0.0, 0.0, 0.0])
     return _waves(rng, base, np.array([56.0, 40.0, 20.0, 20.0]), periods_s=(12.0, 18.0))
@@ -111,6 +117,7 @@ _MAKERS: Mapping[str, _Maker] = MappingProxyType(
         "flexion": _flexion,
         "fast": _fast,
         "curl": _curl,
+        "crossing": _crossing,
         "full_range": _full_range,
         "at_a_camera": _at_a_camera,
         "still": _still,

@@ -21,8 +21,15 @@ _CLIENTS = (1, 10, 50)
 
 
 @click.command("bench")
-@click.argument("what", type=click.Choice(["all", "tracking", "twin", "heart", "live"]), default="all")
-@click.option("--pairs", type=click.IntRange(6, 5000), default=300, show_default=True, help="Pairs of each scene.")
+@click.argument("what", type=click.Choice(["all", "tracking", "accuracy", "twin", "heart", "live"]), default="all")
+@click.option("--pairs", type=click.IntRange(6, 5000), default=60, show_default=True, help="Pairs of each scene.")
+@click.option(
+    "--sequences",
+    type=click.IntRange(1, 100),
+    default=3,
+    show_default=True,
+    help="Sequences that they are shared among, each with another seed and another draw of the calibration.",
+)
 @click.option(
     "--seconds", type=click.FloatRange(2.0, 600.0), default=15.0, show_default=True, help="Length of each live run."
 )
@@ -42,6 +49,7 @@ _CLIENTS = (1, 10, 50)
 def bench(
     what: str,
     pairs: int,
+    sequences: int,
     seconds: float,
     chosen: tuple[str, ...],
     calibration: str,
@@ -50,20 +58,35 @@ def bench(
 ) -> None:
     """Measure accuracy, speed, latency and load on this machine, on the digital twin's rendered pictures.
 
+    `all` leaves out `accuracy`, which says where the tip's error comes from: it writes its tables between the two
+    markers of the page given with --out, and its pictures into the folder images beside it.
+
     \b
     Example:
       cathxr bench --out docs/benchmarks.md
       cathxr bench tracking --scene smooth --scene curl --calibration exact
+      cathxr bench accuracy --pairs 100 --sequences 5 --out docs/accuracy.md
     """
     import cv2
 
     cv2.setNumThreads(1)
     console = Console(stderr=True)
-    parts = [_heading(what, pairs, seconds, calibration)]
+
+    part = None if out is None else out.with_name(out.name + ".part")
+
+    def kept(*texts: str) -> None:
+        """Keep what there is so far beside the page: long runs are interrupted."""
+        if part is not None:
+            part.write_text("\n\n".join(texts) + "\n", encoding="utf-8", newline="\n")
+
+    parts = [_heading(what, pairs, sequences, seconds, calibration)]
     with Progress(
         TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), console=console,
         disable=not console.is_terminal, transient=True,
     ) as bar:  # fmt: skip
+        if what == "accuracy":
+            _accuracy(out, pairs, sequences, rate_hz, bar)
+            return
         if what in ("all", "tracking"):
             from cathxr.app.bench_scenes import CATEGORIES
 
@@ -77,8 +100,8 @@ def bench(
 
             parts.append(
                 tracking_part(
-                    scenes, pairs=pairs, rate_hz=rate_hz, calibration=calibration, begun=named,
-                    progress=lambda: bar.advance(task),
+                    scenes, pairs=pairs, rate_hz=rate_hz, calibration=calibration, sequences=sequences,
+                    begun=named, progress=lambda: bar.advance(task), so_far=lambda text: kept(parts[0], text),
                 )
             )  # fmt: skip
         if what in ("all", "twin"):
@@ -88,16 +111,31 @@ def bench(
         if what in ("all", "live"):
             task = bar.add_task("live", total=len(_CLIENTS))
             parts.append(_live(seconds, lambda: bar.advance(task)))
-    text = "\n\n".join(parts) + "\n"
+    click.echo("\n\n".join(parts) + "\n")
+    kept(*parts)
+    if part is not None and out is not None:
+        part.replace(out)
+
+
+def _accuracy(out: Path | None, pairs: int, sequences: int, rate_hz: float, bar: Progress) -> None:
+    """Print where the tip's error comes from, and put it with its pictures into a page."""
+    from cathxr.app.bench_accuracy_page import SETTINGS, Amount, accuracy_part, written_between
+
+    task = bar.add_task("accuracy", total=SETTINGS * pairs * sequences)
+    pictures = None if out is None else out.parent / "images"
+    amount = Amount(pairs, sequences, rate_hz)
+    command = f"Made by `cathxr bench accuracy --pairs {pairs} --sequences {sequences}`, cathxr {__version__}. "
+    text = command + accuracy_part(amount, pictures=pictures, progress=lambda: bar.advance(task))
     click.echo(text)
     if out is not None:
-        out.write_text(text, encoding="utf-8", newline="\n")
+        page = out.read_text(encoding="utf-8") if out.exists() else ""
+        out.write_text(written_between(page, text), encoding="utf-8", newline="\n")
 
 
-def _heading(what: str, pairs: int, seconds: float, calibration: str) -> str:
+def _heading(what: str, pairs: int, sequences: int, seconds: float, calibration: str) -> str:
     return (
-        f"# Benchmarks\n\nMade by `cathxr bench {what} --pairs {pairs} --calibration {calibration} "
-        f"--seconds {seconds:g}`, cathxr {__version__}, "
+        f"# Benchmarks\n\nMade by `cathxr bench {what} --pairs {pairs} --sequences {sequences} "
+        f"--calibration {calibration} --seconds {seconds:g}`, cathxr {__version__}, "
         f"Python {platform.python_version()}, {platform.system()}, {_processor()}, {os.cpu_count()} cores. All "
         "pictures are **synthetic** (the digital twin, 2 x 1280x720, 9F catheter unless said, cameras off-nominal). "
         "Machines differ and shared ones are noisy: trust the ratios, measured in one run, before milliseconds."

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +29,10 @@ class Category:
 
 
 CATEGORIES: Mapping[str, Category] = MappingProxyType(
-    {name: Category(name) for name in ("smooth", "flexion", "roll", "insertion", "rest", "fast", "low_contrast")}
+    {
+        name: Category(name)
+        for name in ("smooth", "flexion", "roll", "insertion", "rest", "fast", "quick", "low_contrast")
+    }
     | {name: Category(name) for name in ("curl", "crossing", "at_a_camera")}
     | {name: Category(name, empty_picture=True) for name in ("white", "coloured")}
     | {name: Category(name) for name in ("debris", "bubbles", "glare", "flicker", "vignetting", "noisy", "mjpg")}
@@ -55,8 +59,15 @@ class Sequence:
     """
 
     def __init__(
-        self, name: str, *, seed: int, calibration: str = "exact", size_px: tuple[int, int] | None = None
+        self,
+        name: str,
+        *,
+        seed: int,
+        calibration: str = "exact",
+        size_px: tuple[int, int] | None = None,
+        changes: Mapping[str, Any] | None = None,
     ) -> None:
+        """Build the twin. changes: settings of the scene that are to be others."""
         if name not in CATEGORIES:
             raise ConfigError(f"There is no scene {name!r} to measure; there are {', '.join(CATEGORIES)}.")
         self.category = CATEGORIES[name]
@@ -65,7 +76,7 @@ class Sequence:
         rig = replace(rig, catheter=replace(rig.catheter, diameter_mm=diameter))
         if size_px is not None:
             rig = replace(rig, cameras={each: resized(camera, size_px) for each, camera in rig.cameras.items()})
-        self.settings = scene(self.category.scene)
+        self.settings = replace(scene(self.category.scene), **(changes or {}))
         self.world = TwinWorld(rig, seed=seed, settings=self.settings)
         self.renderers = {each: CameraRenderer(self.world, each) for each in CAMERAS}
         self._rng = np.random.default_rng([seed, 0xF1D])

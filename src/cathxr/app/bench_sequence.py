@@ -8,7 +8,7 @@ import numpy as np
 
 from cathxr.app.bench_scenes import CAMERAS, ScenePair, Sequence
 from cathxr.app.bench_tracking import Score
-from cathxr.core import Detection, Detector, FloatArray, Image, Observation, PixelArray, Status, Track, Tracker
+from cathxr.core import Detection, Detector, FloatArray, Image, Observation, PixelArray, Rig, Status, Track, Tracker
 from cathxr.tracking import make_tracker, read_and_track
 from cathxr.vision import make_detector
 
@@ -43,14 +43,15 @@ class SequenceScore(Score):
 
 
 class Method:
-    """One method's detectors and tracker on one sequence."""
+    """One method's detectors and tracker on one sequence. rig: what they take for the box, if not the sequence's."""
 
-    def __init__(self, method: str, sequence: Sequence) -> None:
+    def __init__(self, method: str, sequence: Sequence, *, rig: Rig | None = None) -> None:
+        rig = sequence.rig if rig is None else rig
         backgrounds = sequence.empty_pictures()
         self.detectors: dict[str, Detector] = {
-            each: make_detector(method, sequence.rig, each, background=backgrounds[each]) for each in CAMERAS
+            each: make_detector(method, rig, each, background=backgrounds[each]) for each in CAMERAS
         }
-        self.tracker: Tracker = make_tracker(method, sequence.rig)
+        self.tracker: Tracker = make_tracker(method, rig)
         self._last: Track | None = None
 
     def track(self, pair: ScenePair, *, whole: bool = False) -> tuple[Observation, Track, float]:

@@ -155,7 +155,7 @@ def quaternion_of(rotation: FloatArray, result: FloatArray) -> None:
         result[1 + i] = 1.0 + 2.0 * rotation[i, i] - trace
         result[1 + j] = rotation[j, i] + rotation[i, j]
         result[1 + k] = rotation[k, i] + rotation[i, k]
-    length = math.sqrt((result * result).sum())
+    length = math.sqrt(result[0] ** 2 + result[1] ** 2 + result[2] ** 2 + result[3] ** 2)
     if result[0] < 0.0:
         length = -length
     for i in range(4):

@@ -41,10 +41,10 @@ def centreline(spans, control, radius_mm, curve):  # type: ignore[no-untyped-def
         step = _apart(curve, i, kept - 1)
         if step > _DISTINCT_MM:
             length += step
-            curve[kept] = curve[i]
+            _copy(curve, i, kept)
             kept += 1
         elif i == count - 1:
-            curve[kept - 1] = curve[i]
+            _copy(curve, i, kept - 1)
     if kept < 3 or length < radius_mm:
         return NOT_INSERTED
     return kept
@@ -104,6 +104,13 @@ def unfolded(curve: FloatArray, count: int) -> int:
             cut -= 1
         return max(3, cut + 1)
     return count
+
+
+@njit(cache=True, nogil=True)
+def _copy(points, source, target):  # type: ignore[no-untyped-def]
+    """Copy one point of (N, 3) over another; assigning rows would allocate one in between."""
+    for axis in range(3):
+        points[target, axis] = points[source, axis]
 
 
 @njit(cache=True, nogil=True)

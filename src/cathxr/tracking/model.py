@@ -9,15 +9,21 @@ from cathxr.geometry.calibration_error import camera_errors
 from cathxr.geometry.calibration_table import CalibrationTable
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.centreline import NOT_INSERTED, NOT_SEEN, centreline, curve_room
-from cathxr.tracking.continuity import Continuity, missing_reason
+from cathxr.tracking.continuity import COAST_SPEED_MM_S, Continuity, missing_reason
 from cathxr.tracking.fit import camera_table
 from cathxr.tracking.judge import RESOLVED_MM
 from cathxr.tracking.pair_work import PairWork
 from cathxr.tracking.prediction import Prediction
+from cathxr.tracking.skew import SKEW_NS
 from cathxr.tracking.solve import Solution, solved
 
 _PASSING = ("no catheter", "more than one thing looks like a catheter")
 """Reasons of one view that pass: the other says that the catheter is still there."""
+
+_STAMP_S = 0.2e-3
+"""A picture's instant is known to about this: by its stamp, and by which of its rows was open when."""
+_CHANGE_SHARE, _STEADY_MM_S = 0.2, 2.0
+"""A speed is known to this share of its change from pair to pair, and to what the fits' own noise leaves."""
 
 
 class ModelTracker:
@@ -72,7 +78,7 @@ class ModelTracker:
         if isinstance(result, str):
             # both pictures show something: the next pair is looked for where the last good one says
             return self._continuity.coasting(observation, result)
-        solution, shape = result
+        solution, shape, timing_mm = result
         roll = observation.roll_rad
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
         reason = ""
@@ -89,24 +95,51 @@ class ModelTracker:
             box_from_tip=tip_pose(shape, zero_direction=self._zero, roll_rad=turn),
             roll_rad=roll,
             roll_predicted=observation.roll_predicted,
-            sigma_mm=math.hypot(solution.sigma_mm, self._calibration.sigma_mm(shape[0])),
+            sigma_mm=math.hypot(solution.sigma_mm, self._calibration.sigma_mm(shape[0]), timing_mm),
         )
         return track if reason else self._continuity.tracked(track)
 
-    def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
-        """Return the fit and its centreline (N, 3) mm, tip first, or why there is none. The array is the next one's."""
-        self._work.take(detections)
-        predicted = self._prediction.guess(t_ns, self._table, detections, self._work)
-        solution = solved(
-            self._cameras, self._table, detections, self._work, radius_mm=self._radius, predicted=predicted
-        )
+    def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray, float] | str:
+        """Return the fit, its centreline (N, 3) mm, tip first, and the tip's error by timing, mm, or why there is none.
+
+        The array is the next one's.
+        """
+        solution = self._fitted(t_ns, detections, None)
         if isinstance(solution, str):
             return solution
         count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
+        if count > 0 and any(abs(each.t_ns - t_ns) > SKEW_NS for each in detections):
+            better = self._fitted(t_ns, detections, self._curve[1:count])
+            if not isinstance(better, str):
+                solution = better
+                count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
         if count == NOT_INSERTED:
             return "the catheter is not inserted"
         if count == NOT_SEEN:
             return "the catheter's beginning at the inlet is not seen"
         shape = self._curve[:count]
-        self._prediction.learn(t_ns, shape[1:])
-        return solution, shape
+        timing_mm = self._timing_mm(t_ns, shape[1], max(abs(each.t_ns - t_ns) for each in detections))
+        self._prediction.learn(t_ns, shape[1:], detections)
+        return solution, shape, timing_mm
+
+    def _fitted(self, t_ns: int, detections: list[Detection], curve: FloatArray | None) -> Solution | str:
+        """Return a pair's fit or why there is none. curve: of a first fit, by which one view's instant is corrected."""
+        self._work.take(detections)
+        if curve is None:
+            predicted = self._prediction.guess(t_ns, self._table, detections, self._work)
+        else:
+            predicted = self._prediction.again(t_ns, curve, self._table, detections, self._work)
+        return solved(self._cameras, self._table, detections, self._work, radius_mm=self._radius, predicted=predicted)
+
+    def _timing_mm(self, t_ns: int, end_box: FloatArray, skew_ns: int) -> float:
+        """Return how unsure the tip is, mm, because it moves: (3,) mm, its rounded end's centre at an instant.
+
+        A rolling shutter and a stamp are off by a fraction of a millisecond; one view's part in the tip is a half of
+        what its instant's correction may be off.
+        """
+        speed, change = self._prediction.tip_motion(t_ns, end_box)
+        skew_mm = 0.0
+        if skew_ns > SKEW_NS:
+            unsure = COAST_SPEED_MM_S if change is None else _CHANGE_SHARE * change + _STEADY_MM_S
+            skew_mm = 0.5e-9 * skew_ns * min(unsure, COAST_SPEED_MM_S)
+        return math.hypot(_STAMP_S * speed, skew_mm)

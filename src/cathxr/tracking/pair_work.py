@@ -84,7 +84,7 @@ def fit_work(points: int, outline: int, views: int) -> FitWork:
         gain=np.zeros((3 * MOST_CONTROLS, 3)),
         prior=np.zeros((MOST_CONTROLS, 4)),
         line=np.zeros((LINE_POINTS, 2)),
-        discs=np.zeros((SAMPLES, 3)),
+        discs=np.zeros((max(SAMPLES, LINE_POINTS), 3)),
         scratch=np.zeros(max(rows, SAMPLES)),
     )
 

@@ -49,6 +49,12 @@ def _fast(rng: np.random.Generator) -> Motion:
     return _waves(rng, base, np.array([22.0, 60.0, 48.0, 36.0]), periods_s=(2.1, 3.0))
 
 
+def _quick(rng: np.random.Generator) -> Motion:
+    # The tip reaches 140 to 200 mm/s: the upper end of what a trainee's hand does.
+    base = _pose(rng, insertion=(70.0, 78.0), roll=60.0, flexion=(0.0, 20.0))
+    return _waves(rng, base, np.array([22.0, 60.0, 48.0, 36.0]), periods_s=(1.75, 2.4))
+
+
 def _still(rng: np.random.Generator) -> Motion:
     return Harmonics.held(_pose(rng, insertion=(70.0, 95.0), roll=180.0, flexion=(20.0, 70.0)))
 
@@ -116,6 +122,7 @@ _MAKERS: Mapping[str, _Maker] = MappingProxyType(
         "roll": _roll,
         "flexion": _flexion,
         "fast": _fast,
+        "quick": _quick,
         "curl": _curl,
         "crossing": _crossing,
         "full_range": _full_range,

@@ -17,6 +17,7 @@ SCENES: Mapping[str, TwinSettings] = MappingProxyType(
         "still": TwinSettings(manoeuvre="still"),
         "rest": TwinSettings(manoeuvre="rest"),
         "fast": TwinSettings(manoeuvre="fast", exposure_ms=8.0),
+        "quick": TwinSettings(manoeuvre="quick", exposure_ms=8.0),
         "flexion": TwinSettings(manoeuvre="flexion"),
         "roll": TwinSettings(manoeuvre="roll"),
         "insertion": TwinSettings(manoeuvre="full_range"),

@@ -39,6 +39,14 @@ class Midline:
     end_sigma_px: FloatArray
     plateau: float
 
+    def roughened(self, sigma_px: float, end_sigma_px: float) -> "Midline":
+        """Return the same line where each section and each point of the end's outline is off by so much more."""
+        return replace(
+            self,
+            sigma_px=np.hypot(self.sigma_px, sigma_px),
+            end_sigma_px=np.hypot(self.end_sigma_px, end_sigma_px),
+        )
+
     def without_end(self, sigma_px: float) -> "Midline":
         """Return the same line where the end is not seen: it is `sigma_px` unsure."""
         sigmas = self.sigma_px.copy()

@@ -6,6 +6,7 @@ import numpy as np
 
 from cathxr.core import FloatArray, Rig, Status, Track
 from cathxr.geometry import CameraModel
+from cathxr.geometry.camera_kernels import project_row
 from cathxr.geometry.curve_kernels import carry_on
 from cathxr.vision.midline import LEAST_OUTLINE_PX, LEAST_SIGMA_PX, Midline
 from cathxr.vision.near_end import FOUND, measure
@@ -50,6 +51,22 @@ class NearDetector:
     def learn(self, line: Midline) -> None:
         """Take over how a catheter that was found in the whole picture looks."""
         self._look = Look(line.plateau, 1.0)
+
+    def path(self, t_ns: int, predicted: Track) -> FloatArray | None:
+        """Return where the predicted curve is seen at an instant, (N, 2) px, None where there is none to follow.
+
+        The array is the next one's.
+        """
+        count = self._moved(t_ns, predicted)
+        if count < 2 or self._look is None:
+            return None
+        path = self._work.path
+        for i in range(count):
+            x, y, z = self._work.shape[i]
+            path[i, 0], path[i, 1], _, _, depth = project_row(x, y, z, self._camera)
+            if depth <= 0.0:
+                return None
+        return path[:count]
 
     def found(self, source: RawSource, t_ns: int, predicted: Track) -> tuple[Midline, bool] | None:
         """Return what is measured near the predicted curve and whether it is beyond doubt, None where there is little.

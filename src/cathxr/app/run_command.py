@@ -88,7 +88,7 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
 
     clock = MonotonicClock()
     parts = live_parts(source, config, clock=clock)
-    prepare(parts.rig, config.tracking.method)
+    prepare(config.tracking.method)
     hub = Hub()
     options = replace(parts.options, commands={**parts.options.commands, **view_commands(hub)})
     system = LiveSystem(parts.source, clock=clock, options=options)
@@ -178,7 +178,7 @@ def _with_run_options(
     )
 
 
-def prepare(rig: Any, method: str) -> None:
+def prepare(method: str) -> None:
     """Compile what is not compiled yet, and say so when that takes a while."""
     import cv2
 
@@ -187,7 +187,7 @@ def prepare(rig: Any, method: str) -> None:
     # Each thread here is busy with its own camera: OpenCV's own threads would only take the cores from the others.
     cv2.setNumThreads(1)
     with said_when_compiling():
-        warm_up(rig, method=method)
+        warm_up(method=method)
     # What is loaded now stays: the collector need not walk through it again and again while Tracks wait.
     gc.collect()
     gc.freeze()

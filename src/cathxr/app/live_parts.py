@@ -10,11 +10,12 @@ import cv2
 import numpy as np
 
 from cathxr.app.config import Config
+from cathxr.app.heart_registration import registration_of
 from cathxr.app.plugins import make_camera, make_encoder
 from cathxr.app.twin_encoder import fault_command, twin_encoder
 from cathxr.core import Clock, ConfigError, DataError, Image, PixelArray, Rig, Source, Track
 from cathxr.heart import HeartFolder, builtin_path, read_heart
-from cathxr.registration import Registration, default_placement, read_registration, registration_toml
+from cathxr.registration import Registration, registration_toml
 from cathxr.runtime.live import LiveOptions
 from cathxr.runtime.optical import OpticalSource
 from cathxr.runtime.recording import session_opener
@@ -175,7 +176,7 @@ def _opener(config: Config, rig: Rig, clock: Clock, kind: str) -> Any:
         config=chosen,
         clock=clock,
         videos=config.recording.videos,
-        registration=tomllib.loads(registration_toml(_registration(_heart(config)))),
+        registration=tomllib.loads(registration_toml(registration_of(_heart(config)))),
     )
 
 
@@ -188,7 +189,7 @@ def _scene(
 ) -> tuple[SceneDescription, dict[str, Path]]:
     """Return the scene's description and the files it names."""
     heart = _heart(config)
-    registration = _registration(heart)
+    registration = registration_of(heart)
     description = HeartDescription(
         glb="/scene/heart.glb",
         parts=[
@@ -224,23 +225,4 @@ def _registration_description(registration: Registration) -> RegistrationDescrip
         predicted_tre_mm=registration.predicted_tre_mm,
         worst_tre_mm=registration.worst_tre_mm,
         date=registration.date,
-    )
-
-
-def _registration(heart: HeartFolder) -> Registration:
-    """Return the heart's registration; without one, the inlet sits at the inferior vena cava.
-
-    Raises:
-        ConfigError: there is none, and the heart names no caval openings to place it by.
-    """
-    if heart.registration is not None:
-        return read_registration(heart.registration)
-    points = heart.points_ct
-    if "inferior_vena_cava" not in points or "superior_vena_cava" not in points:
-        raise ConfigError(
-            f"The heart {heart.path} has no registration.toml, and no openings inferior_vena_cava and "
-            "superior_vena_cava to place it by: add one of them."
-        )
-    return default_placement(
-        points["inferior_vena_cava"], points["superior_vena_cava"], method="inlet at the inferior vena cava"
     )

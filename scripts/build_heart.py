@@ -17,12 +17,12 @@ from cathxr.heart import HeartFolder, builtin_path
 from cathxr.heart.acoustic import acoustic_volume
 from cathxr.heart.build import build_heart
 from cathxr.heart.builtin_recipe import ACOUSTIC_SIZE, BUDGET, NAME, SOURCE, Ingredients, ingredients
-from cathxr.registration import default_placement, registration_toml
+from cathxr.registration import BEFORE_MM, default_placement, registration_toml
 
 PLACEMENT_DATE = "2026-11-22"
 PLACEMENT_METHOD = (
-    "default placement, nothing measured: the inlet at the centre of the inferior vena cava's opening, +x towards the "
-    "centre of the superior vena cava's, +z as near to anterior as that allows"
+    f"default placement, nothing measured: the inlet {BEFORE_MM:g} mm before the inferior vena cava's mouth, +x "
+    "towards the centre of the superior vena cava's, +z as near to anterior as that allows"
 )
 SHIPPED = ("heart.glb", "heart.toml", "labels.nii.gz", "acoustic.bin.gz", "registration.toml")
 """What of the heart folder comes with the package: not the quality page, which anybody can make."""
@@ -48,7 +48,7 @@ def build(source: Path, out: Path) -> HeartFolder:
 
 
 def _placement(made: Ingredients) -> str:
-    """Return the text of registration.toml: the inlet at the inferior vena cava."""
+    """Return the text of registration.toml: the inlet before the inferior vena cava."""
     openings = made.places.openings
     return registration_toml(
         default_placement(

@@ -8,7 +8,7 @@ export default defineConfig({
   build: {
     outDir: "../src/cathxr/web_client",
     emptyOutDir: true,
-    rolldownOptions: { input: ["index.html", "calibrate.html", "heart.html"] },
+    rolldownOptions: { input: ["index.html", "calibrate.html", "heart.html", "diag.html"] },
     target: "es2022",
     assetsInlineLimit: 0, // the server's content policy lets nothing in but files of its own
     chunkSizeWarningLimit: 900,
@@ -19,6 +19,7 @@ export default defineConfig({
       "/ws": { target: LIVE, ws: true, changeOrigin: true },
       "/scene": { target: LIVE, changeOrigin: true },
       "/cameras": { target: LIVE, changeOrigin: true },
+      "/qr.svg": { target: LIVE, changeOrigin: true },
       "/api": { target: LIVE, changeOrigin: true },
       "/calibration/": { target: LIVE, changeOrigin: true },
       "/heart/": { target: LIVE, changeOrigin: true },

@@ -1,4 +1,4 @@
-"""A calibration as a real process, and a client that does what its page does."""
+"""A browser that draws; a calibration as a real process, and a client that does what its page does."""
 
 import json
 import re
@@ -8,11 +8,15 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import pytest
+from playwright.sync_api import Browser
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
+
+from .chromium import drawing_chromium
 
 WAIT_S = 300.0
 """How long a test waits for what must come: a limit on hanging, not a measurement."""
@@ -120,3 +124,10 @@ def start_calibration() -> Iterator[Callable[..., CalibrationPage]]:
     yield start
     for each in started:
         each.close()
+
+
+@pytest.fixture(scope="module")
+def browser(require_tool: Callable[[str], Path]) -> Iterator[Browser]:
+    """A browser that draws. Of the module: Playwright runs once at a time in a thread."""
+    with drawing_chromium(require_tool("chromium")) as opened:
+        yield opened

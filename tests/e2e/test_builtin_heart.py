@@ -106,12 +106,20 @@ def test_shipped_surface_is_near_the_sources(heart: HeartFolder, shared_data: Pa
     assert distance.max() < 3.5
 
 
+def way_out(heart: HeartFolder, key: str) -> np.ndarray:
+    """The unit direction in which blood goes on: towards the vessel's other end where there is one, else straight."""
+    opening = heart.openings[key]
+    end = heart.openings.get(f"{key}_end")
+    away = opening.normal if end is None else end.centroid_mm - opening.centroid_mm
+    return np.asarray(away / np.linalg.norm(away))
+
+
 def test_blood_goes_on_through_every_valve_and_outlet(heart: HeartFolder, acoustic: AcousticVolume) -> None:
     blood = TISSUES["blood"].scatter
     scatter = acoustic.physical("scatter")
     for key in ("mitral_valve", "tricuspid_valve", "aortic_valve", "pulmonary_valve", *OUTLETS):
         opening = heart.openings[key]
-        along = opening.centroid_mm + np.linspace(-6.0, 8.0, 15)[:, None] * opening.normal
+        along = opening.centroid_mm + np.linspace(-6.0, 8.0, 15)[:, None] * way_out(heart, key)
         at = np.round(acoustic.grid.to_voxel(along)).astype(int)
         # Two bytes: rounding, and the sum of two edges' profiles.
         step = float(SCALES["scatter"].value(40) - SCALES["scatter"].value(38))

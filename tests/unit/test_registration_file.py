@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cathxr.app.register_command import register as register_command
 from cathxr.core import ConfigError, DataError, Pose, RegistrationError
 from cathxr.heart import builtin_path
 from cathxr.registration import (
+    BEFORE_MM,
     Kind,
     LandmarkPair,
     Registration,
@@ -78,22 +80,27 @@ def test_box_undoes_ct(point: np.ndarray) -> None:
     assert np.allclose(homogeneous[:3], registration.ct(point), atol=1e-9)
 
 
-@given(inlet=POINT, offset=POINT)
-def test_placement_puts_the_inlet_at_the_origin_and_the_aim_on_x(inlet: np.ndarray, offset: np.ndarray) -> None:
+@given(inlet=POINT, offset=POINT, before=st.floats(0.0, 80.0))
+def test_placement_puts_the_way_in_and_the_aim_on_x(inlet: np.ndarray, offset: np.ndarray, before: float) -> None:
     try:
-        registration = default_placement(inlet, inlet + offset, method="test")
+        registration = default_placement(inlet, inlet + offset, method="test", before_mm=before)
     except RegistrationError:
         sideways = np.hypot(offset[0], offset[2])
         assert np.linalg.norm(offset) < 1.0 + 1e-9 or sideways < 0.1 * np.linalg.norm(offset) + 1e-9
         return
-    assert np.allclose(registration.box(inlet), 0.0, atol=1e-9)
-    assert np.allclose(registration.box(inlet + offset), [float(np.linalg.norm(offset)), 0.0, 0.0], atol=1e-9)
+    assert np.allclose(registration.box(inlet), [before, 0.0, 0.0], atol=1e-9)
+    assert np.allclose(registration.box(inlet + offset), [before + float(np.linalg.norm(offset)), 0.0, 0.0], atol=1e-9)
     assert np.linalg.det(registration.ct_from_box.rotation) == pytest.approx(1.0)
     up = registration.ct_from_box.rotation[:, 2]
     side = registration.ct_from_box.rotation[:, 1]
     assert up[1] < 0.0  # towards anterior, which is -y in LPS
     assert abs(side[1]) < 1e-9  # no rotation about x brings +z nearer to anterior
     assert not registration.is_measured
+
+
+def test_the_command_puts_the_inlet_where_the_default_placement_does() -> None:
+    option = next(each for each in register_command.params if each.name == "before")
+    assert option.default == BEFORE_MM
 
 
 def test_placement_of_a_standing_vein_is_a_patient_on_the_back() -> None:
@@ -127,8 +134,8 @@ def test_impossible_registrations_are_refused(fields: dict[str, object], sentenc
         ("scale = 1.0", "scale = 1.0\nfre = 2.0", "fre is not a key"),
         ("scale = 1.0", 'scale = "1.0"', "scale is wrong"),
         ("scale = 1.0", "scale = 1.0\nfre_mm = 0.5", "measures nothing"),
-        ("    14.59,\n", "", "ct_from_box.translation_mm is wrong"),
-        ("    14.59,\n", "    nan,\n", "ct_from_box.translation_mm"),
+        ("    12.71514964423707,\n", "", "ct_from_box.translation_mm is wrong"),
+        ("    12.71514964423707,\n", "    nan,\n", "ct_from_box.translation_mm"),
         ("    0.5166828303577236,\n", "    9.0,\n", "quaternion of length 1"),
         ("cathxr-registration/1", "cathxr-registration/2", "schema is wrong"),
         ("[ct_from_box]", "[ct_from_box", "not valid TOML"),

@@ -16,7 +16,8 @@ case "$*" in
   ci*) [ -f package-lock.json ] && mkdir -p node_modules ;;
   "run build") [ ! -f broken ] || { echo "src/main.ts: it is broken"; exit 3; }
     out=../src/cathxr/web_client
-    mkdir -p $out && cp main.ts $out/index.html && cp main.ts $out/calibrate.html && cp main.ts $out/heart.html ;;
+    mkdir -p $out && cp main.ts $out/index.html && cp main.ts $out/calibrate.html && cp main.ts $out/heart.html \
+      && cp main.ts $out/diag.html ;;
 esac
 """
 

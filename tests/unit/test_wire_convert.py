@@ -71,7 +71,7 @@ def test_payloads_become_json() -> None:
         jsonable({"what": object()})
     endless: list[object] = []
     endless.append(endless)
-    with pytest.raises(ValueError, match="nesting"):
+    with pytest.raises(ValueError, match="nests too deep"):
         jsonable(endless)
 
 

@@ -59,7 +59,7 @@ def test_every_message_is_in_both(repo_root: Path) -> None:
 
 def test_only_what_a_client_may_leave_out_is_optional() -> None:
     text = typescript.typescript()
-    assert set(re.findall(r"(\w+)\?:", text)) == {"args", "id"}
+    assert set(re.findall(r"(\w+)\?:", text)) == {"args", "id", "head", "world"}
     schemas = [json.loads(each) for each in re.findall(r"```json\n(.*?)```", generate.schema_text(), re.DOTALL)]
     required = {
         each["properties"]["type"]["const"]: each["required"] for each in schemas if "type" in each["properties"]

@@ -2,6 +2,10 @@
 
 import type { EventMessage, HealthMessage, Hello, SceneDescription, ServerMessage, SessionMessage, TrackMessage } from "./generated/messages";
 import type { DebugHandle } from "./debug";
+import { HeadsetLog } from "./diag/headset_log";
+import { Company } from "./follow/company";
+import { GuideFeature } from "./guide/feature";
+import type { Steers } from "./guide/sensor";
 import { linkAddress } from "./link/address";
 import { Commands } from "./link/commands";
 import type { LinkState } from "./link/link";
@@ -11,10 +15,16 @@ import { Steering } from "./link/steering";
 import { TrackLog } from "./link/tracks";
 import { polylineLength } from "./maths/centreline";
 import { RateMeter, Recent } from "./maths/statistics";
+import { sceneReport } from "./scene/report";
 import { Stagecraft } from "./scene/stagecraft";
 import type { Settings } from "./settings";
-import { condition } from "./ui/condition";
-import { byId } from "./ui/dom";
+import { SettingsStore } from "./stage/settings";
+import { pageStorage } from "./stage/storage";
+import { condition, GRAPHICS_LOST } from "./ui/condition";
+import { ControlRows } from "./ui/controls";
+import { byId, setText } from "./ui/dom";
+import { EnterButtons } from "./ui/enter";
+import { HeadsetDialog } from "./ui/headset";
 import { HeartLoader } from "./ui/heart";
 import { Keys } from "./ui/keys";
 import { Numbers } from "./ui/numbers";
@@ -27,6 +37,8 @@ import type { Actions } from "./ui/strokes";
 import { makeStrokes, wireViews } from "./ui/strokes";
 import { makeTabs } from "./ui/tabs";
 import { toast, toastEvent } from "./ui/toasts";
+import { Immersion } from "./xr/immersion";
+import { xrDebug } from "./xr/report";
 
 const PANEL_EVERY_MS = 100;
 const SCENE_RETRY_MS = 1500;
@@ -38,6 +50,7 @@ export class App {
   private readonly trackLatency = new Recent();
   private readonly link: Link;
   private readonly commands: Commands;
+  private readonly store = new SettingsStore(pageStorage());
   private readonly stagecraft: Stagecraft;
   private readonly stage = new Stage(() => this.link.start());
   private readonly numbers = new Numbers();
@@ -48,13 +61,21 @@ export class App {
   private readonly operator: Operator;
   private readonly roll: RollPanel;
   private readonly heart: HeartLoader;
+  private readonly company: Company;
+  private readonly headset = new HeadsetDialog(new URL("api/access", document.baseURI).href);
+  private readonly headsetLog = new HeadsetLog(pageStorage(), {
+    scriptMs: () => this.stagecraft.view.times.lastCostMs,
+    rateHz: () => this.immersion.sessions.rateHz,
+  });
+  private readonly immersion: Immersion;
+  private readonly guide: GuideFeature;
   private linkState: LinkState = { phase: "connecting", sentence: "", retryAtMs: null };
   private health: HealthMessage | null = null;
-  private scene: SceneDescription | null = null;
   private sceneText = "";
   private lastTrackMs = performance.now();
   private lastPanelMs = 0;
   private handSteered = false;
+  private graphicsLost = false;
 
   /** Throws Error when the browser gives no WebGL 2. */
   constructor(settings: Settings, private readonly errors: { readonly count: number }) {
@@ -65,8 +86,20 @@ export class App {
     });
     this.commands = new Commands((message) => this.link.send(message));
     this.steering = new Steering((name, args) => this.commands.ask(name, args), (sentence) => toast(sentence, "bad"));
-    this.stagecraft = new Stagecraft(byId<HTMLCanvasElement>("view"), settings);
-    this.heart = new HeartLoader(this.stagecraft, settings);
+    this.stagecraft = new Stagecraft(byId<HTMLCanvasElement>("view"), settings, this.store);
+    this.immersion = new Immersion(this.stagecraft.stage);
+    this.stagecraft.features.unshift(this.immersion); // what the hands do comes first
+    this.heart = new HeartLoader(this.stagecraft, settings, this.store);
+    this.company = new Company(this.stagecraft.stage, (message) => this.link.send(message));
+    this.stagecraft.add(this.company.mirror);
+    this.stagecraft.add(this.headsetLog);
+    this.stagecraft.view.onGraphicsLost = (lost) => this.takeGraphics(lost);
+    new EnterButtons(this.immersion.sessions, {
+      onReason: (sentence) => void this.headset.open(sentence),
+      onMode: (mode) => (mode === null ? this.headsetLog.end() : this.headsetLog.begin(mode)),
+    });
+    new ControlRows(this.store);
+    this.store.listen(() => this.showHeld());
     this.pictures = new Pictures(this.tracks, settings.picturesHz);
     this.sliders = new Sliders({
       onControl: (control, value) => this.steer(control, value),
@@ -80,6 +113,8 @@ export class App {
     this.operator = new Operator(this.commands, (operating) => {
       this.keys.steering = operating && this.sliders.ready;
     });
+    this.guide = new GuideFeature(this.stagecraft.stage, this.immersion, this.steers());
+    this.stagecraft.add(this.guide);
     wireViews(this.stagecraft.presets);
     makeTabs(() => this.pictures.refresh());
   }
@@ -88,7 +123,7 @@ export class App {
     this.stagecraft.presets.go("iso", performance.now());
     this.link.start();
     addEventListener("online", () => this.link.start());
-    requestAnimationFrame((now) => this.frame(now));
+    this.stagecraft.view.run((now) => this.frame(now));
   }
 
   debugHandle(): DebugHandle {
@@ -96,14 +131,19 @@ export class App {
     return {
       get frames() { return app.stagecraft.view.frames; },
       drawn: () => app.stagecraft.drawn(),
+      scene: () => sceneReport(app.stagecraft),
       get status() { return byId("status").textContent ?? ""; },
       get link() { return app.linkState.phase; },
       get connections() { return app.link.connections; },
+      received: () => app.tracks.received(),
       get lastSeq() { return app.tracks.newest?.seq ?? -1; },
       get consoleErrors() { return app.errors.count; },
       get pixelRatio() { return app.stagecraft.view.pixelRatio; },
       get heartParts() { return app.stagecraft.heart.parts.length; },
       get role() { return app.operator.role; },
+      camera: () => app.stagecraft.view.camera.position.toArray(),
+      xr: xrDebug(app.immersion, app.store),
+      guide: app.guide.debug,
       pictures: () => app.pictures.panels.map(({ camera, shownSeq, overlaid }) => ({ camera, seq: shownSeq, overlaid })),
     };
   }
@@ -111,6 +151,7 @@ export class App {
   // --- messages ---------------------------------------------------------------------------------------------------
 
   private take(message: ServerMessage): void {
+    if (this.company.take(message)) return;
     switch (message.type) {
       case "track":
         this.takeTrack(message);
@@ -123,6 +164,7 @@ export class App {
         break;
       case "roll":
         this.roll.take(message);
+        this.guide.takeRoll(message.present);
         break;
       case "event":
         this.takeEvent(message);
@@ -136,6 +178,7 @@ export class App {
   private takeTrack(track: TrackMessage): void {
     const now = performance.now();
     this.tracks.put(track);
+    this.stagecraft.take(track, now);
     this.link.acknowledge(track.seq);
     this.lastTrackMs = now;
     this.trackRate.mark(now / 1000);
@@ -165,6 +208,7 @@ export class App {
       this.commands.abandon();
       this.operator.leave();
       this.roll.leave();
+      this.company.leave();
       this.pictures.setLinked(false);
       this.health = null;
       this.trackRate.clear();
@@ -177,9 +221,11 @@ export class App {
   /** A new link: perhaps another server, whose pairs count from 0 and whose scene differs. */
   private takeHello(hello: Hello): void {
     this.tracks.clear();
+    this.stagecraft.forget();
     this.roll.leave();
     this.lastTrackMs = performance.now();
     this.operator.greet(hello);
+    this.company.greet(hello);
     if (this.link.connections > 1) {
       this.handSteered = false;
       this.sliders.forget();
@@ -210,14 +256,12 @@ export class App {
   }
 
   private async describe(scene: SceneDescription, url: string): Promise<void> {
-    this.scene = scene;
-    this.stagecraft.describe(scene);
+    this.stagecraft.describe(scene, url);
     this.stagecraft.presets.go("iso", performance.now());
     this.pictures.describe(scene);
     byId("catheter-name").textContent = `${scene.catheter_name}, ⌀ ${scene.catheter_diameter_mm} mm`;
     if (scene.twin !== null) this.sliders.describe(scene.twin);
     this.operator.describe(scene);
-    this.heart.offerLandmarks(scene.targets.length);
     await this.heart.show(scene.heart, url);
   }
 
@@ -237,20 +281,21 @@ export class App {
   // --- every frame ------------------------------------------------------------------------------------------------
 
   private frame(nowMs: number): void {
-    requestAnimationFrame((next) => this.frame(next));
     this.keys.update(nowMs);
     this.pictures.update(nowMs);
-    this.stagecraft.frame(nowMs, this.scene === null ? null : this.tracks.newest);
+    this.stagecraft.frame(nowMs, this.link.clock.offsetS);
+    this.company.update(nowMs);
     if (nowMs - this.lastPanelMs >= PANEL_EVERY_MS) this.showPanels(nowMs);
   }
 
   private showPanels(nowMs: number): void {
     this.lastPanelMs = nowMs;
     const track = this.tracks.newest;
-    const now = condition({
+    const now = this.graphicsLost ? GRAPHICS_LOST : condition({
       link: this.linkState, track, trackAgeMs: nowMs - this.lastTrackMs, health: this.health, nowMs,
     });
     this.stage.show(now);
+    this.immersion.tell(now);
     this.numbers.showTrack(now.stale ? null : track);
     this.numbers.showHealth(this.health);
     this.roll.show(now.stale ? null : track, this.operator.operating);
@@ -270,6 +315,21 @@ export class App {
     this.sliders.show(values);
   }
 
+  /** A headset would go on showing its last picture: its session ends, and the page says why. */
+  private takeGraphics(lost: boolean): void {
+    this.graphicsLost = lost;
+    if (lost) this.immersion.sessions.leave();
+    this.showPanels(performance.now());
+  }
+
+  /** Says over the scene's settings why some of them cannot be changed. */
+  private showHeld(): void {
+    const held = byId("held");
+    const sentence = this.store.lock?.sentence ?? "";
+    held.hidden = sentence === "";
+    setText(held, sentence);
+  }
+
   private actions(): Actions {
     return {
       presets: this.stagecraft.presets,
@@ -277,7 +337,18 @@ export class App {
       toggleLandmarks: () => this.heart.toggleLandmarks(),
       toggleRecording: () => this.operator.toggleRecording(),
       togglePicture: (camera) => this.pictures.enlarge(this.pictures.enlarged === camera ? null : camera),
-      closeAll: () => this.pictures.enlarge(null),
+      closeAll: () => this.pictures.enlarge(null) || this.guide.guide.skip(),
+      goOn: () => this.guide.goOn(),
+    };
+  }
+
+  /** The twin's steering, for the guide. */
+  private steers(): Steers {
+    const app = this;
+    return {
+      get able() { return app.keys.steering; },
+      get byHand() { return app.handSteered; },
+      nudge: (control, amount) => this.sliders.nudge(control, amount),
     };
   }
 }

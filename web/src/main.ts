@@ -4,21 +4,25 @@ import "./styles/base.css";
 import "./styles/shell.css";
 import "./styles/layout.css";
 import "./styles/parts.css";
+import "./styles/flat.css";
+import "./styles/scene.css";
+import "./styles/readout.css";
+import "./styles/guide.css";
 import { App } from "./app";
 import { countErrors } from "./debug";
 import { settingsFrom } from "./settings";
-import { tellStartFailure } from "./ui/banner";
+import { hasWebGl2, tellNoGraphics, tellStartFailure } from "./ui/banner";
 
 const errors = countErrors();
 
-function start(): void {
+async function start(): Promise<void> {
+  if (new URLSearchParams(location.search).get("xr") === "emulate") (await import("./xr/emulate")).emulateHeadset();
   const app = new App(settingsFrom(location.search), errors);
   window.__cathxr = app.debugHandle();
   app.start();
 }
 
-try {
-  start();
-} catch (error) {
-  tellStartFailure(error, "It needs a browser with WebGL 2: update the browser, or turn its graphics acceleration on.");
-}
+start().catch((error: unknown) => {
+  if (hasWebGl2()) tellStartFailure(error, "Load the page again. What this device can do is measured at /diag.");
+  else tellNoGraphics();
+});

@@ -1,7 +1,9 @@
-import { BoxGeometry, Group, Matrix4, Mesh, MeshStandardMaterial, Vector3 } from "three";
+import { BackSide, BoxGeometry, FrontSide, Group, Matrix4, Mesh, MeshStandardMaterial, Vector3 } from "three";
+import type { Material, Object3D } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { describe, expect, it, vi } from "vitest";
-import { Heart, boxFromGltf } from "../src/scene/heart";
+import { boxFromGltf } from "../src/maths/registration";
+import { Heart } from "../src/scene/heart";
 import { FrameBudget } from "../src/scene/budget";
 
 const UNKNOWN = { linear: null, fre_mm: null, tre_mm: null, predicted_tre_mm: null, worst_tre_mm: null, date: null };
@@ -43,32 +45,89 @@ describe("boxFromGltf", () => {
   });
 });
 
+/** A file whose part is a mesh of two primitives, which comes out of the loader as a group of two meshes. */
+function fileWithCaps(): { scene: Group; walls: BoxGeometry; caps: BoxGeometry } {
+  const walls = new BoxGeometry(0.02, 0.03, 0.04);
+  const caps = new BoxGeometry(0.01, 0.01, 0.01);
+  const part = new Group();
+  part.name = "right_atrium";
+  part.position.set(0.1, 0.2, 0.3);
+  part.add(new Mesh(walls, new MeshStandardMaterial({ name: "right_atrium" })), new Mesh(caps, new MeshStandardMaterial({ name: "caps" })));
+  return { scene: new Group().add(part), walls, caps };
+}
+
+const DESCRIPTION = {
+  glb: "heart.glb",
+  parts: [{ key: "right_atrium", name: "Right atrium", node: "right_atrium", colour: "#5fb0d0", opacity: 0.3 }],
+  registration: {
+    kind: "placement", fre_mm: null, tre_mm: null, scale: 1,
+    ct_from_box: { rotation_wxyz: [1, 0, 0, 0], translation_mm: [0, 0, 0] },
+  },
+};
+
+async function loaded(material: "lambert" | "standard"): Promise<{ heart: Heart; walls: BoxGeometry; caps: BoxGeometry }> {
+  const { scene, walls, caps } = fileWithCaps();
+  const loading = vi.spyOn(GLTFLoader.prototype, "loadAsync").mockResolvedValue({ scene } as never);
+  const heart = new Heart({ material } as never);
+  await heart.load(DESCRIPTION as never, "http://localhost/scene/scene.json");
+  loading.mockRestore();
+  return { heart, walls, caps };
+}
+
+function meshes(root: Object3D): Mesh<BoxGeometry, Material>[] {
+  const found: Mesh<BoxGeometry, Material>[] = [];
+  root.traverse((node) => {
+    if (node instanceof Mesh) found.push(node as Mesh<BoxGeometry, Material>);
+  });
+  return found;
+}
+
+const seen = (heart: Heart): Mesh<BoxGeometry, Material>[] => meshes(heart.group).filter(({ visible }) => visible);
+
 describe("Heart", () => {
-  it("draws a part's walls and leaves its caps out", async () => {
-    const made = (name: string) => new Mesh(new BoxGeometry(), new MeshStandardMaterial({ name }));
-    // A mesh of two primitives comes out of the loader as a group of two meshes.
-    const part = new Group();
-    part.name = "right_atrium";
-    const walls = made("right_atrium");
-    part.add(walls, made("caps"));
-    const scene = new Group();
-    scene.add(part);
-    const loaded = vi.spyOn(GLTFLoader.prototype, "loadAsync").mockResolvedValue({ scene } as never);
-    const heart = new Heart({ material: "lambert" } as never);
-    await heart.load(
-      {
-        glb: "heart.glb",
-        parts: [{ key: "right_atrium", name: "Right atrium", node: "right_atrium", colour: "#5fb0d0", opacity: 0.3 }],
-        registration: {
-          kind: "placement", fre_mm: null, tre_mm: null, scale: 1,
-          ct_from_box: { rotation_wxyz: [1, 0, 0, 0], translation_mm: [0, 0, 0] },
-        },
-      } as never,
-      "http://localhost/scene/scene.json",
-    );
-    expect(heart.group.children).toHaveLength(1);
-    expect((heart.group.children[0] as Mesh).geometry).toBe(walls.geometry);
-    loaded.mockRestore();
+  it("draws a part's walls, in every way in which they are drawn, and leaves its caps out", async () => {
+    const { heart, walls, caps } = await loaded("standard");
+    const all = [...meshes(heart.group), ...meshes(heart.inside)];
+    expect(all.filter(({ geometry }) => geometry === walls)).toHaveLength(all.length);
+    expect(all.some(({ geometry }) => geometry === caps)).toBe(false);
+    // Far faces, depth, near faces; and the inner wall, in a scene of its own.
+    expect([meshes(heart.group).length, meshes(heart.inside).length]).toEqual([3, 1]);
+    for (const mesh of all) expect(new Vector3().setFromMatrixPosition(mesh.matrix).toArray()).toEqual([0.1, 0.2, 0.3]);
+    const [part] = heart.parts;
+    expect(part!.centre.distanceTo(new Vector3(100, -300, 200))).toBeLessThan(1e-6); // glTF (x, z, -y) / 1000 of ct = box here
+    expect(part!.half.distanceTo(new Vector3(10, 20, 15))).toBeLessThan(1e-6);
+  });
+
+  it("draws the far faces before the near ones, without depth, where one looks through", async () => {
+    const { heart } = await loaded("standard");
+    heart.parts[0]!.show(true, 0.3);
+    heart.parts[0]!.order(10, 20);
+    const [far, near, ...more] = seen(heart).sort((a, b) => a.renderOrder - b.renderOrder);
+    expect(more).toHaveLength(0);
+    expect([far!.material.side, near!.material.side]).toEqual([BackSide, FrontSide]);
+    for (const { material } of [far!, near!]) expect([material.transparent, material.depthWrite, material.opacity]).toEqual([true, false, 0.3]);
+    expect((await loaded("lambert")).heart.group.children.filter(({ visible }) => visible)).toHaveLength(1); // the cheap way: near faces only
+  });
+
+  it("writes the depth of a dense part first, and of an opaque one with its colour", async () => {
+    const { heart } = await loaded("standard");
+    heart.parts[0]!.show(true, 0.8);
+    expect(seen(heart).filter(({ material }) => !material.colorWrite && material.depthWrite)).toHaveLength(1);
+    heart.parts[0]!.show(true, 1);
+    for (const { material } of seen(heart)) expect([material.transparent, material.depthWrite, material.colorWrite]).toEqual([false, true, true]);
+  });
+
+  it("draws nothing of a part that is hidden or fully clear, and gives everything back", async () => {
+    const { heart, walls } = await loaded("standard");
+    heart.parts[0]!.show(false, 1);
+    expect(seen(heart)).toHaveLength(0);
+    heart.parts[0]!.show(true, 0);
+    expect(seen(heart)).toHaveLength(0);
+    const freed = vi.fn();
+    walls.addEventListener("dispose", freed);
+    heart.clear();
+    expect(freed).toHaveBeenCalledTimes(1);
+    expect([heart.group.children.length, heart.inside.children.length, heart.parts.length]).toEqual([0, 0, 0]);
   });
 });
 

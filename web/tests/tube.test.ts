@@ -1,7 +1,9 @@
-import { describe, expect, it } from "vitest";
+import { describe, expect, it, vi } from "vitest";
 import type { Quaternion, Vector3 } from "../src/maths/pose";
 import { CAP_RINGS, Centreline, polylineLength, RINGS } from "../src/maths/centreline";
 import { COLUMNS, makeTubeArrays, SIDES, tubeIndices, writeTube } from "../src/maths/tube";
+
+vi.setConfig({ testTimeout: 120_000 }); // a limit on hanging, on a machine that does other things too
 
 const RADIUS = 1.5;
 const K = 50;
@@ -25,10 +27,14 @@ function quaternionFor(z: number[], towards: number[]): Quaternion {
   return [w, (y[2]! - z[1]!) / (4 * w), (z[0]! - x[2]!) / (4 * w), (x[1]! - y[0]!) / (4 * w)];
 }
 
+function update(line: Centreline, points: readonly Vector3[], orientation: Quaternion): void {
+  line.update(Float64Array.from(points.flat()), points.length, Float64Array.from(orientation), RADIUS);
+}
+
 function updated(): { line: Centreline; points: Vector3[]; forward: number[] } {
   const { points, orientation, forward } = helix();
   const line = new Centreline();
-  line.update(points, orientation, RADIUS);
+  update(line, points, orientation);
   return { line, points, forward };
 }
 
@@ -80,8 +86,8 @@ describe("Centreline", () => {
 
   it("draws a stub shorter than its own cap and a beam along the tube without NaN", () => {
     const line = new Centreline();
-    line.update([[0.4, 0, 0], [0, 0, 0]], [Math.SQRT1_2, 0, Math.SQRT1_2, 0], RADIUS);
-    line.update([[5, 0, 0], [0, 0, 0]], [1, 0, 0, 0], RADIUS); // identity: beam = x, along the tube
+    update(line, [[0.4, 0, 0], [0, 0, 0]], [Math.SQRT1_2, 0, Math.SQRT1_2, 0]);
+    update(line, [[5, 0, 0], [0, 0, 0]], [1, 0, 0, 0]); // identity: beam = x, along the tube
     for (const array of [line.position, line.beam, line.side, line.forward]) {
       expect(array.every(Number.isFinite)).toBe(true);
     }
@@ -106,7 +112,7 @@ describe("tube", () => {
   it("has its most distal vertices on a half sphere that ends in the tip", () => {
     const line = new Centreline();
     const straight: Vector3[] = Array.from({ length: K }, (_, i) => [60 - (60 * i) / (K - 1), 0, 0]);
-    line.update(straight, quaternionFor([1, 0, 0], [0, -1, 0]), RADIUS);
+    update(line, straight, quaternionFor([1, 0, 0], [0, -1, 0]));
     const arrays = makeTubeArrays();
     writeTube(arrays, line);
     for (let i = 0; i < (CAP_RINGS + 1) * COLUMNS; i++) {
@@ -118,7 +124,7 @@ describe("tube", () => {
 
   it("has its first column of vertices, where the stripe is, towards the beam", () => {
     const line = new Centreline();
-    line.update([[60, 0, 0], [30, 0, 0], [0, 0, 0]], quaternionFor([1, 0, 0], [0, -1, 0]), RADIUS);
+    update(line, [[60, 0, 0], [30, 0, 0], [0, 0, 0]], quaternionFor([1, 0, 0], [0, -1, 0]));
     const arrays = makeTubeArrays();
     writeTube(arrays, line);
     const middle = 100 * COLUMNS;

@@ -1,7 +1,8 @@
 import { describe, expect, it } from "vitest";
 import type { HealthMessage, TrackMessage } from "../src/generated/messages";
 import { degrees, duration, fixed, NO_VALUE, sentence, withUnits } from "../src/maths/format";
-import { RateMeter, Recent } from "../src/maths/statistics";
+import { nth, RateMeter, Recent } from "../src/maths/statistics";
+import { makeRandom } from "./random";
 import { settingsFrom } from "../src/settings";
 import { TrackLog } from "../src/link/tracks";
 import type { Situation } from "../src/ui/condition";
@@ -24,6 +25,20 @@ describe("format", () => {
 });
 
 describe("statistics", () => {
+  it("finds any rank among the first numbers, equal ones included, and leaves the others alone", () => {
+    const random = makeRandom(3);
+    for (let round = 0; round < 200; round++) {
+      const count = 1 + Math.floor(30 * random());
+      const numbers = Float64Array.from({ length: 32 }, () => Math.floor(12 * random()));
+      const sorted = [...numbers.subarray(0, count)].sort((a, b) => a - b);
+      const rest = [...numbers.subarray(count)];
+      const rank = Math.floor(count * random());
+      expect(nth(numbers, count, rank)).toBe(sorted[rank]);
+      expect([...numbers.subarray(0, count)].sort((a, b) => a - b)).toEqual(sorted);
+      expect([...numbers.subarray(count)]).toEqual(rest);
+    }
+  });
+
   it("measures a rate, and 0 when it stops", () => {
     const meter = new RateMeter(2);
     for (let i = 0; i < 400; i++) meter.mark(i / 60);

@@ -22,11 +22,11 @@ from cathxr.heart.quality import PAGE
 from cathxr.heart.reading import read_labels, read_volume, require_contrast
 from cathxr.heart.volume import LabelVolume, Volume
 from cathxr.heart.volume import Progress as Told
-from cathxr.registration import default_placement, registration_toml
+from cathxr.registration import BEFORE_MM, default_placement, registration_toml
 
 _PLACEMENT = (
-    "default placement, nothing measured: the inlet at the centre of the inferior vena cava's opening, +x towards the "
-    "centre of the superior vena cava's, +z as near to anterior as that allows"
+    f"default placement, nothing measured: the inlet {BEFORE_MM:g} mm before the inferior vena cava's opening, +x "
+    "towards the centre of the superior vena cava's, +z as near to anterior as that allows"
 )
 
 

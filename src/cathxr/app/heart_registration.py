@@ -2,23 +2,21 @@
 
 from cathxr.core import ConfigError
 from cathxr.heart import HeartFolder
-from cathxr.registration import Registration, default_placement, read_registration
+from cathxr.registration import Registration, caval_placement, read_registration
 
 
 def registration_of(heart: HeartFolder) -> Registration:
-    """Return a heart's registration; without one, the inlet sits at the inferior vena cava.
+    """Return a heart's registration; without one, the inlet sits before the mouth of the inferior vena cava.
 
     Raises:
         ConfigError: there is none, and the heart names no caval openings to place it by.
     """
     if heart.registration is not None:
         return read_registration(heart.registration)
-    points = heart.points_ct
-    if "inferior_vena_cava" not in points or "superior_vena_cava" not in points:
+    placed = caval_placement(heart.points_ct, method="inlet before the inferior vena cava's mouth")
+    if placed is None:
         raise ConfigError(
             f"The heart {heart.path} has no registration.toml, and no openings inferior_vena_cava and "
             "superior_vena_cava to place it by: add one of them."
         )
-    return default_placement(
-        points["inferior_vena_cava"], points["superior_vena_cava"], method="inlet at the inferior vena cava"
-    )
+    return placed

@@ -11,11 +11,12 @@ import numpy as np
 
 from cathxr.app.config import Config
 from cathxr.app.heart_registration import registration_of
+from cathxr.app.heart_scene import heart_scene, heart_targets
 from cathxr.app.plugins import make_camera, make_encoder
 from cathxr.app.twin_encoder import fault_command, twin_encoder
 from cathxr.core import Clock, ConfigError, DataError, Image, PixelArray, Rig, Source, Track
 from cathxr.heart import HeartFolder, builtin_path, read_heart
-from cathxr.registration import Registration, registration_toml
+from cathxr.registration import registration_toml
 from cathxr.runtime.live import LiveOptions
 from cathxr.runtime.optical import OpticalSource
 from cathxr.runtime.recording import session_opener
@@ -25,18 +26,11 @@ from cathxr.storage.session import SessionReader
 from cathxr.tracking import make_tracker
 from cathxr.twin import TwinWorld, scene, true_rig
 from cathxr.vision import make_detector
-from cathxr.wire.messages import (
-    HeartDescription,
-    PartDescription,
-    RegistrationDescription,
-    SceneDescription,
-    TargetDescription,
-    TwinDescription,
-)
-from cathxr.wire.scene import pose_description, scene_description
+from cathxr.wire.messages import SceneDescription, TwinDescription
+from cathxr.wire.packed import Packed
+from cathxr.wire.scene import scene_description
 
 TWIN, CAMERAS = "twin", "cameras"
-_TARGET_RADIUS_MM = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +42,7 @@ class LiveParts:
     source: Source[Track]
     options: LiveOptions
     scene: SceneDescription
-    files: Mapping[str, Path]
+    files: Mapping[str, Path | Packed]
     world: TwinWorld | None = None
     optical: OpticalSource | None = None
 
@@ -186,43 +180,10 @@ def _heart(config: Config) -> HeartFolder:
 
 def _scene(
     config: Config, rig: Rig, kind: str, twin: TwinDescription | None
-) -> tuple[SceneDescription, dict[str, Path]]:
+) -> tuple[SceneDescription, dict[str, Path | Packed]]:
     """Return the scene's description and the files it names."""
     heart = _heart(config)
     registration = registration_of(heart)
-    description = HeartDescription(
-        glb="/scene/heart.glb",
-        parts=[
-            PartDescription(name=key, label=each.name, node=each.node, colour=each.colour)
-            for key, each in heart.structures.items()
-        ],
-        attribution=f"{heart.source.title}; {heart.source.authors}; {heart.source.licence}",
-        registration=_registration_description(registration),
-    )
-    targets = []
-    for key, point in heart.points_ct.items():
-        x, y, z = registration.box(point[None])[0].tolist()
-        inside = bool((np.array([x, y, z]) >= rig.roi.min_mm).all() and (np.array([x, y, z]) <= rig.roi.max_mm).all())
-        if inside:
-            targets.append(TargetDescription(name=key, position_mm=(x, y, z), radius_mm=_TARGET_RADIUS_MM))
-    files = {"/scene/heart.glb": heart.glb}
+    description, files = heart_scene(heart, registration)
+    targets = heart_targets(heart, registration, rig.roi)
     return scene_description(rig, kind, heart=description, targets=targets, twin=twin), files
-
-
-def _registration_description(registration: Registration) -> RegistrationDescription:
-    """Return a registration as the scene tells it."""
-    linear = None
-    if registration.linear is not None:
-        rows = [(float(x), float(y), float(z)) for x, y, z in registration.linear]
-        linear = (rows[0], rows[1], rows[2])
-    return RegistrationDescription(
-        kind=registration.kind.value,
-        ct_from_box=pose_description(registration.ct_from_box),
-        scale=registration.scale,
-        linear=linear,
-        fre_mm=registration.fre_mm,
-        tre_mm=registration.tre_mm,
-        predicted_tre_mm=registration.predicted_tre_mm,
-        worst_tre_mm=registration.worst_tre_mm,
-        date=registration.date,
-    )

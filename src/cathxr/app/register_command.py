@@ -20,13 +20,17 @@ _KINDS = ("rigid", "similarity", "affine")
     "--fiducials", is_flag=True, help="The rig's fiducials are the landmarks; affine unless --kind says else."
 )
 @click.option("--touch", is_flag=True, help="Touch each landmark with the tracked tip, guided by a page.")
-@click.option("--placement", is_flag=True, help="No landmarks: the inlet at one opening, the axis towards another.")
+@click.option("--placement", is_flag=True, help="No landmarks: the inlet before one opening, the axis towards another.")
 @click.option("--kind", type=click.Choice(_KINDS), help="What is fitted.  [default: rigid]")
 @click.option("--rig", "rig_path", type=_PATH, help="The rig (rig.toml), for --fiducials and --touch.")
 @click.option("--fle", type=click.FloatRange(0.0, min_open=True), help="How well a landmark is known, mm (3D, rms).")
 @click.option("--leave-out", multiple=True, metavar="NAME", help="Without this landmark; may be given several times.")
-@click.option("--inlet", default="inferior_vena_cava", show_default=True, help="With --placement: where the inlet is.")
+@click.option("--inlet", default="inferior_vena_cava", show_default=True, help="With --placement: the way in.")
 @click.option("--towards", default="superior_vena_cava", show_default=True, help="With --placement: the axis' aim.")
+@click.option(
+    "--before", type=click.FloatRange(0.0, 200.0), default=35.0, show_default=True,
+    help="With --placement: from the box's inlet to that opening, mm.",
+)  # fmt: skip
 @click.option("--landmark", "wanted", multiple=True, metavar="NAME", help="With --touch: this one; again for others.")
 @click.option(
     "--source",
@@ -55,6 +59,7 @@ def register(
     leave_out: tuple[str, ...],
     inlet: str,
     towards: str,
+    before: float,
     wanted: tuple[str, ...],
     source: str,
     config: Path | None,
@@ -90,7 +95,7 @@ def register(
 
     today = datetime.date.today().isoformat()
     if placement:
-        place(heart_path, out=out, inlet=inlet, towards=towards, date=today, dry_run=dry_run)
+        place(heart_path, out=out, inlet=inlet, towards=towards, before_mm=before, date=today, dry_run=dry_run)
         return
     if touch:
         register_touch(

@@ -84,8 +84,10 @@ def register_file(heart_path: Path | None, choice: FileChoice) -> None:
     click.echo(write_registration_file(target, solution.registration))
 
 
-def place(heart_path: Path | None, *, out: Path | None, inlet: str, towards: str, date: str, dry_run: bool) -> None:
-    """Write the placement that measures nothing: the inlet at one opening, the axis towards another.
+def place(
+    heart_path: Path | None, *, out: Path | None, inlet: str, towards: str, before_mm: float, date: str, dry_run: bool
+) -> None:
+    """Write the placement that measures nothing: the inlet before one opening, the axis towards another.
 
     Raises:
         CathxrError: the heart lacks the openings, or the file cannot be written.
@@ -95,12 +97,13 @@ def place(heart_path: Path | None, *, out: Path | None, inlet: str, towards: str
     found = default_placement(
         heart_point(heart, inlet),
         heart_point(heart, towards),
-        method=f"inlet at {inlet}, axis towards {towards}; nothing was measured",
+        method=f"inlet {before_mm:g} mm before {inlet}, axis towards {towards}; nothing was measured",
         date=date,
+        before_mm=before_mm,
     )
     click.echo(
-        f"The inlet lies at {inlet} and the insertion axis runs towards {towards}; nothing was measured, so positions "
-        "in the heart mean nothing until it is registered."
+        f"The inlet lies {before_mm:g} mm before {inlet} and the insertion axis runs towards {towards}; nothing was "
+        "measured, so positions in the heart mean nothing until it is registered."
     )
     click.echo("Nothing was written (--dry-run)." if target is None else write_registration_file(target, found))
 

@@ -18,7 +18,7 @@ from cathxr.app.run_command import prepare
 from cathxr.core import ConfigError, FloatArray, Rig
 from cathxr.devices.clock import MonotonicClock
 from cathxr.heart import HeartFolder
-from cathxr.registration import Kind, Registration, default_placement
+from cathxr.registration import Kind, Registration, caval_placement
 from cathxr.runtime.calibration_task import Ending
 from cathxr.runtime.registration_live import LiveTouching
 from cathxr.runtime.registration_touch import TouchSession, Wanted
@@ -124,10 +124,9 @@ def _points(heart: HeartFolder, wanted: tuple[str, ...]) -> dict[str, FloatArray
 
 def _likely(heart: HeartFolder, points: Mapping[str, FloatArray], rig: Rig) -> dict[str, FloatArray]:
     """Return those of the points that the default placement has in reach, where it leaves enough of them."""
-    known = heart.points_ct
-    if "inferior_vena_cava" not in known or "superior_vena_cava" not in known:
+    placed = caval_placement(heart.points_ct, method="")
+    if placed is None:
         return dict(points)
-    placed = default_placement(known["inferior_vena_cava"], known["superior_vena_cava"], method="")
     low, high = rig.roi.min_mm - _NEAR_MM, rig.roi.max_mm + _NEAR_MM
     inside = {
         key: each for key, each in points.items() if ((placed.box(each) >= low) & (placed.box(each) <= high)).all()

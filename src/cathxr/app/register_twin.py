@@ -7,7 +7,7 @@ import numpy as np
 
 from cathxr.core import Clock, ConfigError, FloatArray, Pose, Rig
 from cathxr.heart import HeartFolder
-from cathxr.registration import Registration, default_placement
+from cathxr.registration import Registration, caval_placement
 from cathxr.twin import TwinWorld
 from cathxr.twin.kinematics import CatheterBody
 from cathxr.twin.phantom import reaching
@@ -81,13 +81,12 @@ def comparison(found: Registration, truth: Registration, heart_ct: FloatArray) -
 
 def _truth(heart: HeartFolder, rng: np.random.Generator) -> Registration:
     """Return where the simulated model is: the default placement, turned and moved a little."""
-    points = heart.points_ct
-    if "inferior_vena_cava" not in points or "superior_vena_cava" not in points:
+    placed = caval_placement(heart.points_ct, method="simulated")
+    if placed is None:
         raise ConfigError(
             f"The heart {heart.path} names no openings inferior_vena_cava and superior_vena_cava to put it into the "
             "simulated box by: take another heart, or real cameras."
         )
-    placed = default_placement(points["inferior_vena_cava"], points["superior_vena_cava"], method="simulated")
     angle = np.deg2rad(_TURN_DEG) * rng.uniform(0.3, 1.0)
     axis = rng.normal(size=3)
     turn = np.concatenate([[np.cos(angle / 2)], np.sin(angle / 2) * axis / np.linalg.norm(axis)])

@@ -7,6 +7,7 @@ import sys
 import threading
 import webbrowser
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -74,10 +75,13 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     """
     # Imported here: loading the methods takes a second that --help and a wrong path need not wait for.
     from cathxr.app.controls import ControlsPublisher
+    from cathxr.app.diag_folder import DiagFolder
     from cathxr.app.live_parts import live_parts
+    from cathxr.app.view_commands import view_commands
     from cathxr.devices.clock import MonotonicClock
     from cathxr.runtime.live import LiveSystem
     from cathxr.wire.console import access_text
+    from cathxr.wire.diag_pages import make_diag_router
     from cathxr.wire.hub import Hub
     from cathxr.wire.messages import Command
     from cathxr.wire.server import Lan, LiveServer
@@ -86,7 +90,8 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     parts = live_parts(source, config, clock=clock)
     prepare(parts.rig, config.tracking.method)
     hub = Hub()
-    system = LiveSystem(parts.source, clock=clock, options=parts.options)
+    options = replace(parts.options, commands={**parts.options.commands, **view_commands(hub)})
+    system = LiveSystem(parts.source, clock=clock, options=options)
     system.connect("page", hub)
     if parts.optical is not None:
         parts.optical.readings.add("recorder", system.take_reading)
@@ -102,6 +107,7 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     server = LiveServer(
         hub, parts.scene, commands=commands, clock=clock, files=parts.files, port=chosen.port,
         lan=Lan(chosen.lan_port, tuple(chosen.lan_names)) if chosen.lan else None, force_pairing=chosen.force_pairing,
+        routers=(make_diag_router(DiagFolder(Path(config.recording.folder)).save, clock=clock),),
     )  # fmt: skip
     with stop_signal() as stopping:
         server.start()

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from cathxr.core import DataError
+from cathxr.core import DataError, FloatArray
 from cathxr.heart.anatomy import CATALOGUE
 from cathxr.heart.facing import Box, Mask, bridged, common_box, cropped
 from cathxr.heart.lumen import lumen
@@ -16,6 +16,7 @@ from cathxr.heart.model import HeartSource, Opening
 from cathxr.heart.openings import Places, find_places
 from cathxr.heart.rasterise import inside, upright_grid
 from cathxr.heart.surface import IndexArray, Surface, open_at, read_stl, rim_edges
+from cathxr.heart.tubes import carried_on, end_of
 from cathxr.heart.volume import Grid, LabelVolume, Progress, silent
 
 NAME = "Built-in heart: a healthy adult, four chambers, end diastole"
@@ -31,9 +32,10 @@ SOURCE = HeartSource(
     licence_url="https://creativecommons.org/licenses/by/4.0/",
     changes="Closed blood pools and the great vessels' lumens made into voxels of 0.7 mm; atria and ventricles grown "
     "towards each other until they meet in the mitral and the tricuspid plane (less than 1 % of each volume), where "
-    "the source leaves a gap of 1 to 5 mm; the venae cavae's rims, which are bent in the source, made flat; surfaces "
-    "taken from the voxels, smoothed, simplified, coloured, converted to glTF; acoustic volume made from the pools and "
-    "the source's walls.",
+    "the source leaves a gap of 1 to 5 mm; the venae cavae's rims, which are bent in the source, made flat, and both "
+    "veins carried on from there as straight tubes of 35 and 20 mm, which the source does not have; surfaces taken "
+    "from the voxels, smoothed, simplified, coloured, converted to glTF; acoustic volume made from the pools and the "
+    "source's walls.",
 )
 
 _MARGIN_MM = 3.0
@@ -41,6 +43,8 @@ _GAP_MM = 5.0
 _SLACK_MM = 2.0
 _SKIRT_VOXELS = 2.3
 _LEVELLED = ("superior_vena_cava", "inferior_vena_cava")
+_TUBES_MM = {"inferior_vena_cava": 35.0, "superior_vena_cava": 20.0}
+"""How far the caval veins are carried on: the source ends at their mouths, and a catheter comes through them."""
 _LEVEL_MM, _LEVEL_OVER, _LEVEL_UNDER = 5.0, 0.75, 0.47
 """How far from its plane a mouth is made flat, and how far from its centre, in diameters, above and below the plane."""
 _CHAMBERS = {
@@ -101,7 +105,10 @@ def ingredients(source: Path, *, spacing_mm: float = SPACING_MM, progress: Progr
     mouths = {key: _mouth(key, structure, pools[structure], caps, cap) for key, (structure, cap) in _MOUTHS.items()}
     tubes = {key: _tube(source, vessel, mouths[vessel.valve]) for key, vessel in _VESSELS.items()}
     walls = [read_stl(source / stl) for stl in _WALLS]
-    corners = np.concatenate([each.vertices_mm for each in (*walls, *tubes.values())])
+    veins = _caval_ends(mouths)
+    corners = np.concatenate(
+        [each.vertices_mm for each in (*walls, *tubes.values())] + [_around(each) for each in veins]
+    )
     grid = upright_grid(corners.min(axis=0) - _MARGIN_MM, corners.max(axis=0) + _MARGIN_MM, spacing_mm)
     progress("Making voxels of the surfaces", 0.0)
     masks = {key: inside(pool, grid) for key, pool in pools.items()}
@@ -113,12 +120,16 @@ def ingredients(source: Path, *, spacing_mm: float = SPACING_MM, progress: Progr
     masks |= {key: inside(_closed(tube), grid) & ~chambers for key, tube in tubes.items()}
     for key, vessel in _VESSELS.items():
         _reach(masks, key, mouths[vessel.valve].structure, grid)
+    for end in veins:
+        mouth = mouths[end.structure]
+        tube = carried_on(mouth, _direction(mouth, end), _TUBES_MM[end.structure], grid)
+        masks[end.structure] = tube & ~np.logical_or.reduce(list(masks.values()))
     labels = _labelled(masks, grid)
     wall = np.logical_or.reduce([inside(each, grid) for each in walls])
     walled = _labelled(masks | {"myocardium": wall & (labels.labels == 0)}, grid)
     progress("Looking for valves and vessels' mouths", 0.6)
     found = find_places(walled)
-    ends = {f"{key}_end": _end(key, tube) for key, tube in tubes.items()}
+    ends = {f"{key}_end": _end(key, tube) for key, tube in tubes.items()} | {each.key: each for each in veins}
     openings = {key: each for key, each in found.openings.items() if key in ("mitral_valve", "tricuspid_valve")}
     return Ingredients(labels, walled, Places(openings | mouths | ends, dict(found.landmarks), found.findings))
 
@@ -185,6 +196,27 @@ def _end(key: str, tube: Surface) -> Opening:
     return Opening(
         f"{key}_end", f"{CATALOGUE[key].name}, end of the stub", key, np.round(centre, 2), area / size, diameter
     )
+
+
+def _caval_ends(mouths: Mapping[str, Opening]) -> list[Opening]:
+    """Return the far ends of the caval veins, which go on along the line through both mouths, as the catheter does."""
+    below, above = (mouths[key] for key in _TUBES_MM)
+    axis = (above.centroid_mm - below.centroid_mm) / np.linalg.norm(above.centroid_mm - below.centroid_mm)
+    return [
+        end_of(mouth, mouth.key, mouth.name, way * axis, _TUBES_MM[mouth.key])
+        for mouth, way in ((below, -1.0), (above, 1.0))
+    ]
+
+
+def _direction(mouth: Opening, end: Opening) -> FloatArray:
+    away = end.centroid_mm - mouth.centroid_mm
+    return np.asarray(away / np.linalg.norm(away))
+
+
+def _around(opening: Opening) -> FloatArray:
+    """Return the corners (2, 3) mm of a block that holds an opening."""
+    reach = 0.5 * opening.diameter_mm
+    return np.asarray(opening.centroid_mm + np.array([[-reach] * 3, [reach] * 3]))
 
 
 def _meet(masks: dict[str, Mask], one: str, other: str, grid: Grid) -> None:

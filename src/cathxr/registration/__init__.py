@@ -9,15 +9,18 @@ from cathxr.registration.file import (
     write_registration,
 )
 from cathxr.registration.model import Kind, LandmarkPair, Registration
-from cathxr.registration.placement import default_placement
+from cathxr.registration.placement import AXIS, BEFORE_MM, caval_placement, default_placement
 from cathxr.registration.solve import Solution, register
 
 __all__ = [
+    "AXIS",
+    "BEFORE_MM",
     "Doubt",
     "Kind",
     "LandmarkPair",
     "Registration",
     "Solution",
+    "caval_placement",
     "default_placement",
     "fitzpatrick_tre_mm",
     "predicted_tre_mm",

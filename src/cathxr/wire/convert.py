@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
-from pydantic_core import from_json
+from pydantic_core import from_json, to_json
 
 from cathxr.core import Event, Health, Pose, ProtocolError, RollStatus, Status, Track
 from cathxr.wire import messages
 from cathxr.wire.message import Message
+from cathxr.wire.view_messages import Follow, ViewReport
 
 MM_DECIMALS = 4
 RAD_DECIMALS = 6
@@ -21,8 +22,13 @@ UNIT_DECIMALS = 7
 SECONDS_DECIMALS = 6
 MAX_DEPTH = 32
 """How deep lists and objects may nest in a payload or a client's message."""
+MAX_SETTINGS_DEPTH = 6
+"""How deep the scene's settings may nest: parts by name, and what is set of each, are three levels."""
+MAX_SETTINGS_BYTES = 16 * 1024
+"""How long the scene's settings may be as JSON."""
 
-_CLIENT: TypeAdapter[messages.Command | messages.Ping | messages.Ack] = TypeAdapter(messages.ClientMessage)
+ClientSent = messages.Command | messages.Ping | messages.Ack | ViewReport | Follow
+_CLIENT: TypeAdapter[ClientSent] = TypeAdapter(messages.ClientMessage)
 
 
 def seconds(t_ns: int) -> float:
@@ -135,7 +141,7 @@ def encode(message: Message) -> str:
     return message.model_dump_json()
 
 
-def decode(text: str | bytes) -> messages.Command | messages.Ping | messages.Ack:
+def decode(text: str | bytes) -> ClientSent:
     """Return the message that a client sent.
 
     Raises:
@@ -146,7 +152,7 @@ def decode(text: str | bytes) -> messages.Command | messages.Ping | messages.Ack
     except ValueError as error:
         raise ProtocolError(f"The message is not JSON: {_short(error)}.") from error
     if not isinstance(value, dict):
-        raise ProtocolError("A message must be a JSON object with a type: command, ping or ack.")
+        raise ProtocolError("A message must be a JSON object with a type: command, ping, ack, view or follow.")
     try:
         message = _CLIENT.validate_python(value, strict=True)
     except ValidationError as error:
@@ -166,9 +172,22 @@ def jsonable(value: Any) -> Any:
     return _jsonable(value, MAX_DEPTH)
 
 
+def settings_of(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the scene's settings in JSON's own types, numbers that are not finite as null.
+
+    Raises:
+        ValueError: they hold something that JSON has no form for, nest too deep, or are too many.
+    """
+    settings: dict[str, Any] = _jsonable(values, MAX_SETTINGS_DEPTH)
+    size = len(to_json(settings))
+    if size > MAX_SETTINGS_BYTES:
+        raise ValueError(f"settings: expected at most {MAX_SETTINGS_BYTES} bytes of JSON, got {size}")
+    return settings
+
+
 def _jsonable(value: Any, depth: int) -> Any:
     if depth == 0:
-        raise ValueError(f"payload: expected at most {MAX_DEPTH} levels of nesting")
+        raise ValueError("payload: it nests too deep")
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if value is None or isinstance(value, bool | int):

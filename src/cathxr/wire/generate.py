@@ -7,14 +7,16 @@ python -m cathxr.wire.generate --check    write nothing; exit 1 and name the fil
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from pydantic import BaseModel
 
 from cathxr.core import ConfigError
 from cathxr.wire import messages
+from cathxr.wire.diag_messages import DiagReport
 from cathxr.wire.typescript import models_of, typescript
 
 TYPESCRIPT_PATH = Path("web/src/generated/messages.ts")
@@ -22,6 +24,8 @@ DOCS_PATH = Path("docs/wire.md")
 BEGIN = "<!-- begin: made by `python -m cathxr.wire.generate` -->"
 END = "<!-- end: made by `python -m cathxr.wire.generate` -->"
 _DOCS_WIDTH = 116
+_KINDS: Mapping[type[BaseModel], str] = MappingProxyType({messages.SceneDescription: "scene", DiagReport: "diag"})
+"""What is no message of the link, by the name that the docs give it."""
 
 
 def schema_text() -> str:
@@ -32,6 +36,8 @@ def schema_text() -> str:
     parts += [_section(model, sent_by_server=False) for model in models_of(messages.ClientMessage)]
     parts.append("### `GET /scene/scene.json`\n")
     parts.append(_section(messages.SceneDescription, sent_by_server=True))
+    parts.append("### `POST /diag`\n")
+    parts.append(_section(DiagReport, sent_by_server=False))
     return "\n".join(parts)
 
 
@@ -41,7 +47,7 @@ def _section(model: type[BaseModel], *, sent_by_server: bool) -> str:
         _require_all(schema)
     elif "type" in schema["properties"]:
         schema["required"] = ["type", *schema.get("required", [])]
-    kind = model.model_fields["type"].default if "type" in model.model_fields else "scene"
+    kind = model.model_fields["type"].default if "type" in model.model_fields else _KINDS[model]
     doc = "\n".join(line.strip() for line in (model.__doc__ or "").strip().splitlines())
     return f"#### `{kind}`\n\n{doc}\n\n```json\n{_compact(_bare(schema))}\n```\n"
 

@@ -4,17 +4,20 @@ import asyncio
 import logging
 import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from cathxr.core import Event, Health, Image, RollStatus, Track
+from cathxr.core import ConfigError, Event, Health, Image, RollStatus, Track
 from cathxr.wire.calibration_messages import CalibrationState
-from cathxr.wire.convert import encode, event_message, health_message, roll_message, track_message
+from cathxr.wire.clients import Clients
+from cathxr.wire.convert import encode, event_message, health_message, roll_message, settings_of, track_message
 from cathxr.wire.heart_messages import HeartSeedsState
 from cathxr.wire.messages import HealthMessage, SessionMessage
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pictures import Pictures
 from cathxr.wire.results import Results
+from cathxr.wire.view_messages import LockMessage
 
 _log = logging.getLogger(__name__)
 
@@ -39,6 +42,7 @@ class Hub:
     def __init__(self) -> None:
         self.pictures = Pictures()
         self.results = Results()
+        self.people = Clients()
         self._lock = threading.Lock()
         self._loop: asyncio.AbstractEventLoop | None = None
         self._woken = False
@@ -111,6 +115,20 @@ class Hub:
         """Send the state of the seeds' page to every client; a newer one replaces it."""
         self._publish_state(state.type, encode(state))
 
+    def publish_lock(self, values: Mapping[str, Any], sentence: str) -> None:
+        """Hold settings of the scene fast for every client, and for whoever joins; empty values let go of all.
+
+        sentence: why, for the person who would like to change them.
+
+        Raises:
+            ConfigError: the values are too many, nest too deep, or are nothing that JSON has a form for.
+        """
+        try:
+            message = LockMessage(values=settings_of(values), sentence=sentence if values else "")
+        except ValueError as error:
+            raise ConfigError(f"These settings cannot be locked: {error}.") from error
+        self._publish_state("lock", encode(message))
+
     def _publish_state(self, kind: str, text: str) -> None:
         """Send what only the newest of its kind matters of, and keep it for whoever joins."""
         with self._lock:
@@ -140,6 +158,7 @@ class Hub:
     def bind(self, loop: asyncio.AbstractEventLoop) -> None:
         """Deliver in `loop` from now on."""
         self.pictures.bind(loop)
+        self.people.bind(loop)
         with self._lock:
             self._loop = loop
             self._wake()
@@ -150,6 +169,7 @@ class Hub:
             self._loop = None
             self._woken = False
         self.pictures.unbind()
+        self.people.clear()
         self._outboxes.clear()
 
     @property

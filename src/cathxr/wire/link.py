@@ -6,18 +6,19 @@ import logging
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from cathxr.core import CathxrError, Clock, ProtocolError
 from cathxr.wire import messages
-from cathxr.wire.convert import decode, encode, jsonable, seconds
+from cathxr.wire.convert import ClientSent, decode, encode, jsonable, seconds
 from cathxr.wire.guard import LOOPBACK_NAMES, host_name, is_loopback
 from cathxr.wire.hub import Hub
 from cathxr.wire.messages import CloseCode, EventMessage, Hello, Pong, Refusal
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pairing import Pairing
+from cathxr.wire.view_messages import Follow, ViewReport
 
 _log = logging.getLogger(__name__)
 
@@ -83,6 +84,7 @@ class Link:
         self._websocket = websocket
         self._desk = desk
         self._outbox = Outbox()
+        self._id = ""
         self._commands: asyncio.Queue[messages.Command] = asyncio.Queue(MAX_COMMANDS_WAITING)
         self._address = websocket.client.host if websocket.client else ""
         local = is_loopback(self._address) and host_name(websocket.headers["host"]) in LOOPBACK_NAMES
@@ -91,14 +93,18 @@ class Link:
     async def run(self) -> None:
         """Serve the client until either side ends the link."""
         # Joined before anything is awaited, so that the limit on clients holds.
+        people = self._desk.hub.people
+        self._id = people.join(self._outbox, self._role)
         hello = self._desk.hello.model_copy(
             update={
-                "role": "operator" if self._is_operator else "viewer",
+                "role": self._role,
                 "needs_pairing": not self._is_operator and self._desk.pairing is not None,
+                "client": self._id,
             }
         )
         self._outbox.put(encode(hello))
         self._desk.hub.join(self._outbox)
+        people.announce()
         close_code: CloseCode | None = None
         tasks: list[asyncio.Task[CloseCode | None]] = []
         try:
@@ -114,11 +120,16 @@ class Link:
             raise
         finally:
             self._desk.hub.leave(self._outbox)
+            people.leave(self._id)
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             if close_code is not None:
                 await self._close(close_code)
+
+    @property
+    def _role(self) -> Literal["viewer", "operator"]:
+        return "operator" if self._is_operator else "viewer"
 
     async def _close(self, code: CloseCode) -> None:
         async def last_words() -> None:
@@ -161,11 +172,15 @@ class Link:
                 if bad >= MAX_BAD_MESSAGES:
                     return CloseCode.MISUSE
 
-    def _handle(self, message: messages.Command | messages.Ping | messages.Ack) -> None:
+    def _handle(self, message: ClientSent) -> None:
         if isinstance(message, messages.Ack):
             self._outbox.acknowledge(message.seq)
         elif isinstance(message, messages.Ping):
             self._outbox.put(encode(Pong(client_t=message.t, t=seconds(self._desk.clock.now_ns()))))
+        elif isinstance(message, ViewReport):
+            self._report(message)
+        elif isinstance(message, Follow):
+            self._desk.hub.people.follow(self._id, message.client)
         elif message.name == "pair":
             self._pair(message)
         elif not self._is_operator:
@@ -175,6 +190,13 @@ class Link:
             self._refuse("command", f"{MAX_COMMANDS_WAITING} commands wait already: try again.", message.id)
         else:
             self._commands.put_nowait(message)
+
+    def _report(self, view: ViewReport) -> None:
+        """Take what the client looks at; raises ProtocolError when it cannot be handed on."""
+        try:
+            self._desk.hub.people.report(self._id, view)
+        except ValueError as error:
+            raise ProtocolError(f"The view is not one of the protocol: {error}.") from error
 
     def _pair(self, command: messages.Command) -> None:
         if not self._is_operator:
@@ -187,6 +209,7 @@ class Link:
                 self._refuse("pairing", str(error), command.id)
                 return
             self._is_operator = True
+            self._desk.hub.people.set_role(self._id, self._role)
         self._done(command, {"role": "operator"})
 
     async def _carry_out(self) -> None:

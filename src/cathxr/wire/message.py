@@ -5,6 +5,11 @@ from pydantic import BaseModel, ConfigDict
 Vector2 = tuple[float, float]
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+Matrix4 = tuple[
+    float, float, float, float, float, float, float, float,
+    float, float, float, float, float, float, float, float,
+]  # fmt: skip
+"""Sixteen numbers, row by row."""
 
 
 class Message(BaseModel):

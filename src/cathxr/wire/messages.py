@@ -1,4 +1,4 @@
-"""Every message on the link, defined once; those of other pages are in calibration_messages and heart_messages.
+"""Every message on the link, defined once; some are in calibration_messages, heart_messages and view_messages.
 
 The TypeScript types and docs/wire.md are generated from all of them.
 
@@ -18,7 +18,8 @@ from cathxr.wire.calibration_messages import (
     TouchState,
 )
 from cathxr.wire.heart_messages import HeartSeedsState
-from cathxr.wire.message import Message, Quaternion, Vector2, Vector3
+from cathxr.wire.message import Matrix4, Message, Quaternion, Vector2, Vector3
+from cathxr.wire.view_messages import ClientsMessage, Follow, FollowingMessage, LockMessage, ViewMessage, ViewReport
 
 PROTOCOL = 1
 """The protocol's version. A client that asks for another is refused with a sentence."""
@@ -58,6 +59,7 @@ class Hello(Message):
     role: Literal["viewer", "operator"] = Field(description="What this client may do now: an operator may command.")
     source: str = Field(description="What feeds the tracker: twin, cameras, or replay.")
     needs_pairing: bool = Field(description="Whether a pairing code turns this viewer into an operator.")
+    client: str = Field(default="", description="This client's id among `clients`.")
 
 
 class TipState(Message):
@@ -203,10 +205,14 @@ ServerMessage = Annotated[
     | CamerasState
     | RollCalibrationState
     | TouchState
-    | HeartSeedsState,
+    | HeartSeedsState
+    | ClientsMessage
+    | FollowingMessage
+    | ViewMessage
+    | LockMessage,
     Field(discriminator="type"),
 ]
-ClientMessage = Annotated[Command | Ping | Ack, Field(discriminator="type")]
+ClientMessage = Annotated[Command | Ping | Ack | ViewReport | Follow, Field(discriminator="type")]
 
 
 # --- GET /scene/scene.json --------------------------------------------------------------------------------------------
@@ -238,6 +244,7 @@ class PartDescription(Message):
     label: str
     node: str
     colour: str
+    opacity: float = Field(default=1.0, description="How it is best shown from outside, 0 to 1.")
 
 
 class RegistrationDescription(Message):
@@ -260,6 +267,63 @@ class RegistrationDescription(Message):
     date: str | None = Field(default=None, description="ISO date of the measurement.")
 
 
+class ScaleDescription(Message):
+    """How a channel's byte gives a value; c is the byte / 255.
+
+    square: value = high * c^2. asinh: value = centre * exp(width * sinh(low + c * (high - low))).
+    """
+
+    curve: Literal["square", "asinh"]
+    unit: str
+    high: float
+    low: float
+    centre: float
+    width: float
+
+
+class AcousticDescription(Message):
+    """The acoustic volume: RGBA of a byte each at every voxel, i fastest, for a 3D texture."""
+
+    file: str = Field(description="4 * i * j * k bytes; goes over the link as gzip where the client takes that.")
+    size: tuple[int, int, int] = Field(description="Voxels along i, j, k.")
+    ct_from_voxel: Matrix4 = Field(description="Row by row: (i, j, k, 1) of a voxel's centre to mm in ct.")
+    impedance: ScaleDescription = Field(description="Channel R.")
+    scatter: ScaleDescription = Field(description="Channel G.")
+    attenuation: ScaleDescription = Field(description="Channel B.")
+    interface: ScaleDescription = Field(description="Channel A.")
+
+
+class LabelDescription(Message):
+    """What a value of the label volume means."""
+
+    value: int
+    name: str = Field(description="The part's key.")
+    label: str = Field(description="Its name for people.")
+    colour: str
+    is_blood: bool = Field(description="Whether it is blood, where a catheter may be; else it is a wall.")
+
+
+class LabelsDescription(Message):
+    """The label volume: a byte at every voxel, i fastest, 0 for nothing; nothing all around its outside."""
+
+    file: str = Field(description="i * j * k bytes; goes over the link as gzip where the client takes that.")
+    size: tuple[int, int, int] = Field(description="Voxels along i, j, k; at most 192.")
+    ct_from_voxel: Matrix4 = Field(description="Row by row: (i, j, k, 1) of a voxel's centre to mm in ct.")
+    values: list[LabelDescription]
+
+
+class LandmarkDescription(Message):
+    """A named place of the heart, whether or not the box's region holds it. Diameter and structure: openings only."""
+
+    name: str
+    label: str = Field(description="Its name for people.")
+    kind: Literal["opening", "landmark"]
+    position_ct: Vector3 = Field(description="mm, ct")
+    normal_ct: Vector3 | None = Field(description="Unit vector, ct, out of the structure that it is an opening of.")
+    diameter_mm: float | None
+    structure: str | None = Field(description="The part that it is an opening of.")
+
+
 class HeartDescription(Message):
     """The heart: its files, parts, and attribution. glTF: metres, y up, (x, z, -y) / 1000 of ct."""
 
@@ -267,14 +331,20 @@ class HeartDescription(Message):
     parts: list[PartDescription]
     attribution: str
     registration: RegistrationDescription
+    acoustic: AcousticDescription | None = None
+    labels: LabelsDescription | None = None
+    landmarks: list[LandmarkDescription] = Field(default_factory=list)
 
 
 class TargetDescription(Message):
-    """A place to reach."""
+    """A place to reach: an opening or a landmark that lies in the box's region."""
 
     name: str
-    position_mm: Vector3
+    position_mm: Vector3 = Field(description="mm, box")
     radius_mm: float
+    label: str = Field(default="", description="Its name for people.")
+    normal: Vector3 | None = Field(default=None, description="Unit vector, box, out of what it is an opening of.")
+    diameter_mm: float | None = Field(default=None, description="Of the circle of the opening's area.")
 
 
 class TwinDescription(Message):

@@ -1,4 +1,4 @@
-"""What waits for one client: at most one Track (the newest), and a bounded queue of what must not be replaced."""
+"""What waits for one client: the newest Track and the newest view, and a bounded queue of what must not be replaced."""
 
 import asyncio
 from collections import deque
@@ -26,6 +26,7 @@ class Outbox:
         self._queue: deque[str] = deque()
         self._slots: dict[str, str] = {}
         self._track: tuple[int, str] | None = None
+        self._view: str | None = None
         self._in_flight: deque[int] = deque(maxlen=window)
         self._acknowledges = False
         self._filled = asyncio.Event()
@@ -55,6 +56,18 @@ class Outbox:
         self._track = (seq, text)
         self._filled.set()
 
+    def offer_view(self, text: str) -> None:
+        """Set the waiting view of another client; one that still waits is replaced.
+
+        It waits while too many Tracks are in flight: a client that has stalled must not find old views afterwards.
+        """
+        self._view = text
+        self._filled.set()
+
+    def drop_view(self) -> None:
+        """Forget the view that waits: whom it is of is followed no more."""
+        self._view = None
+
     def acknowledge(self, seq: int) -> None:
         """Take note that the client has handled the Track `seq`, and with it all that were sent before."""
         self._acknowledges = True
@@ -76,7 +89,12 @@ class Outbox:
             return self._queue.popleft()
         if self._slots:
             return self._slots.pop(next(iter(self._slots)))
-        if self._track is None or (self._acknowledges and len(self._in_flight) >= self._window):
+        if self._acknowledges and len(self._in_flight) >= self._window:
+            return None
+        if self._view is not None:
+            view, self._view = self._view, None
+            return view
+        if self._track is None:
             return None
         seq, text = self._track
         self._track = None

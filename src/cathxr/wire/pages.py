@@ -11,6 +11,7 @@ from starlette.responses import FileResponse, HTMLResponse, JSONResponse, Respon
 
 from cathxr.wire.hub import Hub
 from cathxr.wire.messages import PROTOCOL, SceneDescription
+from cathxr.wire.packed import Packed
 
 PICTURE_WAIT_S = 1.0
 """How long a request for a picture that is not there yet waits."""
@@ -35,6 +36,8 @@ _TYPES: Mapping[str, str] = MappingProxyType(
         ".wasm": "application/wasm",
     }
 )
+_PAGES: Mapping[str, str] = MappingProxyType({"": "index.html", "diag": "diag.html"})
+"""Pages that have a shorter path than their file's name."""
 _REVALIDATE = "no-cache"
 _FOREVER = "public, max-age=31536000, immutable"
 _NEVER = "no-store"
@@ -50,7 +53,7 @@ def make_router(
     hub: Hub,
     scene: SceneDescription,
     *,
-    files: Mapping[str, Path],
+    files: Mapping[str, Path | Packed],
     page: Path,
     software: str,
     cameras: Collection[str] = (),
@@ -91,6 +94,8 @@ def make_router(
         file = files.get(f"/scene/{path}")
         if file is None:
             return _missing(f"The scene has no file {path[:80]!r}: scene.json names those it has.")
+        if isinstance(file, Packed):
+            return _packed_response(request, file)
         return _file_response(request, file, cache=_REVALIDATE)
 
     async def picture(request: Request, camera: str) -> Response:
@@ -103,7 +108,7 @@ def make_router(
         return _missing(f"The API has no {path[:80]!r}: see docs/wire.md for what there is.")
 
     async def static(request: Request, path: str) -> Response:
-        return _static(request, page, path or "index.html")
+        return _static(request, page, _PAGES.get(path, path))
 
     for path, endpoint in (
         ("/api/health", health),
@@ -181,6 +186,17 @@ def _file_response(request: Request, file: Path, *, cache: str) -> Response:
     if _unchanged(request, response.headers["etag"]):
         return Response(status_code=304, headers={"etag": response.headers["etag"], "cache-control": cache})
     return response
+
+
+def _packed_response(request: Request, file: Packed) -> Response:
+    """Answer with a file from memory, as gzip where the client takes it."""
+    headers = {"etag": file.tag, "cache-control": _REVALIDATE, "vary": "accept-encoding"}
+    if _unchanged(request, file.tag):
+        return Response(status_code=304, headers=headers)
+    taken = [each.partition(";")[0].strip().lower() for each in request.headers.get("accept-encoding", "").split(",")]
+    if "gzip" in taken:
+        return Response(file.data, media_type=_TYPES[".bin"], headers=headers | {"content-encoding": "gzip"})
+    return Response(file.unpacked, media_type=_TYPES[".bin"], headers=headers)
 
 
 def _unchanged(request: Request, tag: str) -> bool:

@@ -19,12 +19,14 @@ from fastapi import APIRouter, FastAPI, WebSocket
 
 from cathxr import __version__
 from cathxr.core import Clock, DeviceError
+from cathxr.wire.access_pages import Access, make_access_router
 from cathxr.wire.certificate import Certificate, ensured_certificate
 from cathxr.wire.guard import LOOPBACK_NAMES, Guard
 from cathxr.wire.hub import Hub
 from cathxr.wire.link import Commands, Desk, serve_link
 from cathxr.wire.messages import PROTOCOL, Hello, SceneDescription
 from cathxr.wire.network import host_names, lan_addresses, listening_socket, user_folder
+from cathxr.wire.packed import Packed
 from cathxr.wire.pages import make_router
 from cathxr.wire.pairing import Pairing, new_code
 from cathxr.wire.scene import UNITS
@@ -61,7 +63,7 @@ class LiveServer:
         *,
         commands: Commands,
         clock: Clock,
-        files: Mapping[str, Path] | None = None,
+        files: Mapping[str, Path | Packed] | None = None,
         port: int = DEFAULT_PORT,
         lan: Lan | None = None,
         force_pairing: bool = False,
@@ -137,6 +139,10 @@ class LiveServer:
         """The certificate's SHA-256 fingerprint, None without https."""
         return None if self._certificate is None else self._certificate.fingerprint
 
+    def access(self) -> Access:
+        """Return how the page can be reached; once the server has started."""
+        return Access(self.url, self.port, self.lan_urls, self.fingerprint, self.pairing_code is not None)
+
     @property
     def running(self) -> bool:
         """Whether the server's thread lives."""
@@ -186,7 +192,11 @@ class LiveServer:
         async def link(websocket: WebSocket) -> None:
             await serve_link(websocket, self._desk)
 
-        for router in (*self._more, self._router):  # the last of them answers whatever is left
+        for router in (
+            *self._more,
+            make_access_router(self.access),
+            self._router,
+        ):  # the last of them answers whatever is left
             app.include_router(router)
         servers = [make_server(Guard(app, names=LOOPBACK_NAMES, scheme="http"))]
         if self._lan is not None:

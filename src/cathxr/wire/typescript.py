@@ -3,12 +3,12 @@
 import types
 from collections.abc import Iterator, Mapping
 from enum import IntEnum
-from typing import Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from cathxr.wire import calibration_messages, heart_messages, messages
-from cathxr.wire.message import Message, Quaternion, Vector2, Vector3
+from cathxr.wire import calibration_messages, diag_messages, heart_messages, messages, view_messages
+from cathxr.wire.message import Matrix4, Message, Quaternion, Vector2, Vector3
 
 _HEADER = """\
 // Generated from src/cathxr/wire/messages.py by `python -m cathxr.wire.generate`. Do not edit.
@@ -27,7 +27,7 @@ def models_of(annotation: Any) -> tuple[type[BaseModel], ...]:
 
 def all_models() -> Iterator[type[Message]]:
     """Yield every message and part of a message, in the order of the modules."""
-    for module in (calibration_messages, heart_messages, messages):
+    for module in (calibration_messages, heart_messages, view_messages, diag_messages, messages):
         for value in vars(module).values():
             if isinstance(value, type) and issubclass(value, Message) and value.__module__ == module.__name__:
                 yield value
@@ -35,7 +35,7 @@ def all_models() -> Iterator[type[Message]]:
 
 def typescript() -> str:
     """Return the whole of messages.ts."""
-    aliases = {"Vector2": Vector2, "Vector3": Vector3, "Quaternion": Quaternion}
+    aliases = {"Vector2": Vector2, "Vector3": Vector3, "Quaternion": Quaternion, "Matrix4": Matrix4}
     sent = models_of(messages.ClientMessage)
     received = models_of(messages.ServerMessage)
     blocks = [
@@ -59,7 +59,7 @@ def _interface(model: type[BaseModel], aliases: Mapping[str, Any], *, optional: 
         if field.description:
             lines.append(_comment(field.description, indent="  "))
         mark = "?" if optional and name != "type" and not field.is_required() else ""
-        lines.append(f"  {name}{mark}: {_type_text(field.annotation, aliases)};")
+        lines.append(f"  {field.alias or name}{mark}: {_type_text(field.annotation, aliases)};")
     lines.append("}\n")
     return "\n".join(lines)
 
@@ -76,6 +76,8 @@ def _type_text(annotation: Any, aliases: Mapping[str, Any]) -> str:
     if annotation in _SCALARS:
         return _SCALARS[annotation]
     origin, arguments = get_origin(annotation), get_args(annotation)
+    if origin is Annotated:
+        return _type_text(arguments[0], aliases)
     if origin is Literal:
         return " | ".join(f'"{each}"' for each in arguments)
     if origin in (Union, types.UnionType):

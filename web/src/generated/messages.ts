@@ -19,6 +19,7 @@ export const CLOSE_CODE = {
 export type Vector2 = [number, number];
 export type Vector3 = [number, number, number];
 export type Quaternion = [number, number, number, number];
+export type Matrix4 = [number, number, number, number, number, number, number, number, number, number, number, number, number, number, number, number];
 
 /** One result for people, with its unit, as text. level: how to colour it. */
 export interface Figure {
@@ -300,6 +301,162 @@ export interface HeartSeedsState {
   saved: boolean;
 }
 
+/** Where a viewer's eyes are and where they look: a camera that looks along its own -z, with +y up. */
+export interface HeadPose {
+  /** mm, box */
+  position_mm: Vector3;
+  /** box_from_head as a unit quaternion */
+  orientation_wxyz: Quaternion;
+}
+
+/** Where a headset's wearer has put the scene: scene_from_world, metres, y up; scale 1 is true size. */
+export interface WorldPlacement {
+  position_m: Vector3;
+  orientation_wxyz: Quaternion;
+  scale: number;
+}
+
+/** One connected client. */
+export interface ClientDescription {
+  id: string;
+  kind: "desktop" | "headset" | "program";
+  /** For people, for example Headset 1; it changes when its kind does. */
+  name: string;
+  role: "viewer" | "operator";
+}
+
+/** Everybody who is connected, after every change. Which of them one is says `client` of `hello`. */
+export interface ClientsMessage {
+  type: "clients";
+  clients: ClientDescription[];
+}
+
+/** Whom this client follows now; sent as the answer to `follow`, and when the followed one has left. */
+export interface FollowingMessage {
+  type: "following";
+  /** The followed client's id; null: nobody. */
+  client: string | null;
+  /** Why nobody is followed any more, or cannot be; empty otherwise. */
+  sentence: string;
+}
+
+/** What the followed client looks at. Newest wins, at most ten a second. */
+export interface ViewMessage {
+  type: "view";
+  /** Whose view it is. */
+  client: string;
+  /** The scene's settings as that client has them. */
+  settings: Record<string, unknown>;
+  head: HeadPose | null;
+  world: WorldPlacement | null;
+}
+
+/** Settings of the scene that are held fast for every client; whoever connects is given it. Empty: none are. */
+export interface LockMessage {
+  type: "lock";
+  /** The settings, by key, with the values that they are held at. */
+  values: Record<string, unknown>;
+  /** Why, for the person who would like to change them. */
+  sentence: string;
+}
+
+/** What this client looks at, for those who follow it: to be sent after changes, at most ten times a second. */
+export interface ViewReport {
+  type: "view";
+  kind: "desktop" | "headset";
+  /** The scene's settings; the server hands them on as they are. */
+  settings: Record<string, unknown>;
+  /** Null where there is no view in space. */
+  head?: HeadPose | null;
+  /** Null on a screen. */
+  world?: WorldPlacement | null;
+}
+
+/** Asks for another client's views, instead of those asked for before; null: for nobody's. */
+export interface Follow {
+  type: "follow";
+  /** Its id, from `clients`. */
+  client: string | null;
+}
+
+/** How some measured times are spread, ms; over: how many were longer than one and a half times the median. */
+export interface Spread {
+  count: number;
+  median: number;
+  p95: number;
+  p99: number;
+  longest: number;
+  over: number;
+}
+
+/** Frames of a session in a headset. */
+export interface HeadsetFrames {
+  mode: "vr" | "ar";
+  seconds: number;
+  /** What the headset said its rate is; null: it did not say. */
+  rate_hz: number | null;
+  intervals_ms: Spread;
+  /** JavaScript for each frame; null where it was not measured. */
+  script_ms: Spread | null;
+}
+
+/** The link between the device and the server. */
+export interface DiagLink {
+  connected: boolean;
+  round_trip_ms: Spread | null;
+  /** From mid-exposure to the page; null in a replay. */
+  track_age_ms: Spread | null;
+  track_interval_ms: Spread | null;
+  /** Tracks that newer ones replaced on the way. */
+  skipped: number;
+}
+
+/** What the graphics offer. Sizes in pixels or voxels; empty names: the browser does not say. */
+export interface DiagGraphics {
+  webgl2: boolean;
+  vendor: string;
+  renderer: string;
+  version: string;
+  max_texture: number;
+  max_texture_3d: number;
+  max_samples: number;
+  max_uniform_vectors: number;
+  extensions: string[];
+}
+
+/** The browser and what it runs on. */
+export interface DiagDevice {
+  user_agent: string;
+  /** Whether the page has a secure address, which WebXR needs. */
+  secure: boolean;
+  webxr: boolean;
+  vr: boolean;
+  ar: boolean;
+  screen_px: [number, number];
+  pixel_ratio: number;
+  cores: number;
+  memory_gb: number | null;
+  touch_points: number;
+}
+
+/** One measurement, as `POST /diag` takes it. */
+export interface DiagReport {
+  schema: "cathxr-diag/1";
+  /** What the server's hello said. */
+  software: string;
+  /** How long was measured. */
+  seconds: number;
+  device: DiagDevice;
+  graphics: DiagGraphics;
+  /** Between the page's frames. */
+  frames_ms: Spread | null;
+  /** For a test picture, from asking to having it. */
+  draw_ms: Spread | null;
+  link: DiagLink;
+  /** The last session in a headset on this device. */
+  headset: HeadsetFrames | null;
+}
+
 /** First message on every link. */
 export interface Hello {
   type: "hello";
@@ -317,6 +474,8 @@ export interface Hello {
   source: string;
   /** Whether a pairing code turns this viewer into an operator. */
   needs_pairing: boolean;
+  /** This client's id among `clients`. */
+  client: string;
 }
 
 /** The tip's pose in `box`. */
@@ -486,6 +645,8 @@ export interface PartDescription {
   label: string;
   node: string;
   colour: string;
+  /** How it is best shown from outside, 0 to 1. */
+  opacity: number;
 }
 
 /**
@@ -513,19 +674,99 @@ export interface RegistrationDescription {
   date: string | null;
 }
 
+/**
+ * How a channel's byte gives a value; c is the byte / 255.
+ *
+ * square: value = high * c^2. asinh: value = centre * exp(width * sinh(low + c * (high - low))).
+ */
+export interface ScaleDescription {
+  curve: "square" | "asinh";
+  unit: string;
+  high: number;
+  low: number;
+  centre: number;
+  width: number;
+}
+
+/** The acoustic volume: RGBA of a byte each at every voxel, i fastest, for a 3D texture. */
+export interface AcousticDescription {
+  /** 4 * i * j * k bytes; goes over the link as gzip where the client takes that. */
+  file: string;
+  /** Voxels along i, j, k. */
+  size: [number, number, number];
+  /** Row by row: (i, j, k, 1) of a voxel's centre to mm in ct. */
+  ct_from_voxel: Matrix4;
+  /** Channel R. */
+  impedance: ScaleDescription;
+  /** Channel G. */
+  scatter: ScaleDescription;
+  /** Channel B. */
+  attenuation: ScaleDescription;
+  /** Channel A. */
+  interface: ScaleDescription;
+}
+
+/** What a value of the label volume means. */
+export interface LabelDescription {
+  value: number;
+  /** The part's key. */
+  name: string;
+  /** Its name for people. */
+  label: string;
+  colour: string;
+  /** Whether it is blood, where a catheter may be; else it is a wall. */
+  is_blood: boolean;
+}
+
+/** The label volume: a byte at every voxel, i fastest, 0 for nothing; nothing all around its outside. */
+export interface LabelsDescription {
+  /** i * j * k bytes; goes over the link as gzip where the client takes that. */
+  file: string;
+  /** Voxels along i, j, k; at most 192. */
+  size: [number, number, number];
+  /** Row by row: (i, j, k, 1) of a voxel's centre to mm in ct. */
+  ct_from_voxel: Matrix4;
+  values: LabelDescription[];
+}
+
+/** A named place of the heart, whether or not the box's region holds it. Diameter and structure: openings only. */
+export interface LandmarkDescription {
+  name: string;
+  /** Its name for people. */
+  label: string;
+  kind: "opening" | "landmark";
+  /** mm, ct */
+  position_ct: Vector3;
+  /** Unit vector, ct, out of the structure that it is an opening of. */
+  normal_ct: Vector3 | null;
+  diameter_mm: number | null;
+  /** The part that it is an opening of. */
+  structure: string | null;
+}
+
 /** The heart: its files, parts, and attribution. glTF: metres, y up, (x, z, -y) / 1000 of ct. */
 export interface HeartDescription {
   glb: string;
   parts: PartDescription[];
   attribution: string;
   registration: RegistrationDescription;
+  acoustic: AcousticDescription | null;
+  labels: LabelsDescription | null;
+  landmarks: LandmarkDescription[];
 }
 
-/** A place to reach. */
+/** A place to reach: an opening or a landmark that lies in the box's region. */
 export interface TargetDescription {
   name: string;
+  /** mm, box */
   position_mm: Vector3;
   radius_mm: number;
+  /** Its name for people. */
+  label: string;
+  /** Unit vector, box, out of what it is an opening of. */
+  normal: Vector3 | null;
+  /** Of the circle of the opening's area. */
+  diameter_mm: number | null;
 }
 
 /** What the twin lets an operator steer: (min, max) of each control, and the scripted manoeuvres. */
@@ -568,10 +809,16 @@ export type ServerMessage =
   | CamerasState
   | RollCalibrationState
   | TouchState
-  | HeartSeedsState;
+  | HeartSeedsState
+  | ClientsMessage
+  | FollowingMessage
+  | ViewMessage
+  | LockMessage;
 
 /** What a client sends. */
 export type ClientMessage =
   | Command
   | Ping
-  | Ack;
+  | Ack
+  | ViewReport
+  | Follow;

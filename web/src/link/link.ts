@@ -18,6 +18,8 @@ export interface LinkHandlers {
   onState(state: LinkState): void;
   onHello(hello: Hello): void;
   onMessage(message: ServerMessage): void;
+  /** A ping was answered, this long after it was sent, s. */
+  onRoundTrip?(seconds: number): void;
 }
 
 /** The part of WebSocket that is used: tests give their own. */
@@ -123,7 +125,9 @@ export class Link {
     const message = parsed(data);
     if (message === null) return;
     if (message.type === "pong") {
-      this.clock.add(message.client_t, message.t, this.environment.now() / 1000);
+      const nowS = this.environment.now() / 1000;
+      this.clock.add(message.client_t, message.t, nowS);
+      this.handlers.onRoundTrip?.(nowS - message.client_t);
     } else if (message.type === "hello") {
       this.greet(message);
     } else if (message.type === "refusal" && message.code === "protocol") {

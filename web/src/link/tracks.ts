@@ -19,6 +19,11 @@ export class TrackLog {
     return found !== null && found.seq === seq ? found : null;
   }
 
+  /** Numbers of the Tracks that are kept. */
+  received(): number[] {
+    return this.slots.flatMap((track) => (track === null ? [] : [track.seq]));
+  }
+
   clear(): void {
     this.slots.fill(null);
     this.newest = null;

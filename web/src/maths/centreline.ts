@@ -1,6 +1,6 @@
 /** The smooth centreline of the drawn catheter: rings along a Catmull-Rom curve, with a frame carried along it. */
 
-import type { Quaternion, Vector3 } from "./pose";
+import type { Vector3 } from "./pose";
 import { rotationInto } from "./pose";
 
 /** Rings of the tube: four for each interval of a 50-point Track. */
@@ -31,10 +31,13 @@ export class Centreline {
   readonly lean = new Float64Array(RINGS);
   private readonly rotation = new Float64Array(9);
 
-  /** Recomputes all rings from K >= 2 points (mm, box, tip first) and the tip's orientation. Allocates nothing. */
-  update(points: readonly Vector3[], orientation: Quaternion, tubeRadius: number): void {
-    const spacing = polylineLength(points) / (points.length - 1);
-    const last = points.length - 1;
+  /**
+   * Recomputes all rings from K = count >= 2 points (x y z after another, mm, box, tip first) and the tip's orientation
+   * (quaternion w x y z). Allocates nothing.
+   */
+  update(points: Float64Array, count: number, orientation: Float64Array, tubeRadius: number): void {
+    const last = count - 1;
+    const spacing = flatLength(points, count) / last;
     const cap = Math.min(tubeRadius / spacing, last / 2); // in points; a stub shorter than its own cap keeps half a tube
     const tubeRings = RINGS - CAP_RINGS - 1;
     for (let ring = 0; ring < RINGS; ring++) {
@@ -49,27 +52,23 @@ export class Centreline {
         this.radius[ring] = ring === RINGS - 1 ? 0 : tubeRadius;
         this.lean[ring] = 1;
       }
-      this.evaluate(points, at, ring);
+      this.evaluate(points, last, at, ring);
     }
     this.measure();
     this.carryFrame(orientation);
   }
 
-  /** Writes position and direction at parameter `at` (0 at the tip, K - 1 at the entry) to a ring. */
-  private evaluate(points: readonly Vector3[], at: number, ring: number): void {
-    const last = points.length - 1;
+  /** Writes position and direction at parameter `at` (0 at the tip, `last` = K - 1 at the entry) to a ring. */
+  private evaluate(points: Float64Array, last: number, at: number, ring: number): void {
     const i = Math.min(Math.max(Math.floor(at), 0), last - 1);
     const t = at - i;
-    const b = points[i]!;
-    const c = points[i + 1]!;
-    const a = i > 0 ? points[i - 1]! : null;
-    const d = i + 2 <= last ? points[i + 2]! : null;
     let squared = 0;
     for (let axis = 0; axis < 3; axis++) {
-      const pb = b[axis]!;
-      const pc = c[axis]!;
-      const pa = a === null ? 2 * pb - pc : a[axis]!;
-      const pd = d === null ? 2 * pc - pb : d[axis]!;
+      const from = 3 * i + axis;
+      const pb = points[from]!;
+      const pc = points[from + 3]!;
+      const pa = i > 0 ? points[from - 3]! : 2 * pb - pc;
+      const pd = i + 2 <= last ? points[from + 6]! : 2 * pc - pb;
       const linear = 0.5 * (pc - pa);
       const square = pa - 2.5 * pb + 2 * pc - 0.5 * pd;
       const cube = 0.5 * (pd - pa) + 1.5 * (pb - pc);
@@ -87,12 +86,13 @@ export class Centreline {
     this.along[0] = 0;
     for (let ring = 1; ring < RINGS; ring++) {
       const at = 3 * ring;
-      const step = Math.hypot(p[at]! - p[at - 3]!, p[at + 1]! - p[at - 2]!, p[at + 2]! - p[at - 1]!);
+      const dx = p[at]! - p[at - 3]!, dy = p[at + 1]! - p[at - 2]!, dz = p[at + 2]! - p[at - 1]!;
+      const step = Math.sqrt(dx * dx + dy * dy + dz * dz); // Math.hypot allocates
       this.along[ring] = this.along[ring - 1]! + step;
     }
   }
 
-  private carryFrame(orientation: Quaternion): void {
+  private carryFrame(orientation: Float64Array): void {
     rotationInto(this.rotation, orientation);
     this.setBeam(0, this.rotation[0]!, this.rotation[3]!, this.rotation[6]!);
     for (let ring = 0; ring < RINGS - 1; ring++) this.carryTo(ring + 1);
@@ -128,11 +128,11 @@ export class Centreline {
     const fx = this.forward[at]!, fy = this.forward[at + 1]!, fz = this.forward[at + 2]!;
     const along = nx * fx + ny * fy + nz * fz;
     let x = nx - along * fx, y = ny - along * fy, z = nz - along * fz;
-    let length = Math.hypot(x, y, z);
+    let length = Math.sqrt(x * x + y * y + z * z);
     if (length < 1e-9) { // parallel: any normal will do, so that the tube stays a tube
       if (Math.abs(fx) < 0.9) { x = 1 - fx * fx; y = -fx * fy; z = -fx * fz; }
       else { x = -fy * fx; y = 1 - fy * fy; z = -fy * fz; }
-      length = Math.hypot(x, y, z) || 1;
+      length = Math.sqrt(x * x + y * y + z * z) || 1;
     }
     x /= length; y /= length; z /= length;
     this.beam[at] = x; this.beam[at + 1] = y; this.beam[at + 2] = z;
@@ -140,6 +140,16 @@ export class Centreline {
     this.side[at + 1] = fz * x - fx * z;
     this.side[at + 2] = fx * y - fy * x;
   }
+}
+
+/** Returns the length of a polyline of `count` points, x y z after another, in its own unit. */
+export function flatLength(points: Float64Array, count: number): number {
+  let length = 0;
+  for (let i = 3; i < 3 * count; i += 3) {
+    const x = points[i]! - points[i - 3]!, y = points[i + 1]! - points[i - 2]!, z = points[i + 2]! - points[i - 1]!;
+    length += Math.sqrt(x * x + y * y + z * z);
+  }
+  return length;
 }
 
 /** Returns the length of a polyline, in its own unit. */

@@ -61,3 +61,29 @@ export class Recent {
     this.count = 0;
   }
 }
+
+/**
+ * Returns the number that would be at `rank` (from 0) if the first `count` ones were in ascending order (Hoare's
+ * selection). Moves numbers about; allocates nothing.
+ */
+export function nth(numbers: Float64Array, count: number, rank: number): number {
+  let low = 0;
+  let high = count - 1;
+  while (low < high) {
+    const pivot = numbers[(low + high) >> 1]!;
+    let i = low;
+    let j = high;
+    while (i <= j) {
+      while (numbers[i]! < pivot) i += 1;
+      while (numbers[j]! > pivot) j -= 1;
+      if (i > j) break;
+      const moved = numbers[i]!;
+      numbers[i++] = numbers[j]!;
+      numbers[j--] = moved;
+    }
+    if (rank <= j) high = j;
+    else if (rank >= i) low = i;
+    else return numbers[rank]!;
+  }
+  return numbers[rank]!;
+}

@@ -2,6 +2,7 @@
 
 import {
   BufferGeometry,
+  Color,
   Float32BufferAttribute,
   Group,
   LineBasicMaterial,
@@ -13,7 +14,7 @@ import {
 } from "three";
 import type { Material } from "three";
 import type { SceneDescription } from "../generated/messages";
-import { makeLabel } from "./label";
+import { makeLabel, RANK } from "./label";
 
 const GRID_MM = 10;
 const TICK_MM = 40;
@@ -29,8 +30,10 @@ export function makeRoi(scene: SceneDescription): Group {
   group.name = "roi";
   const low = scene.roi_min_mm;
   const high = scene.roi_max_mm;
-  group.add(lines(edges(low, high), 0x45566a, 0.9));
-  group.add(lines(floor(low, high, GRID_MM), 0x1c2733, 1), lines(floor(low, high, TICK_MM / 2), 0x2a3948, 1));
+  group.add(lines({ at: edges(low, high), colour: 0x3f4e61 }));
+  const grid = lines({ at: floor(low, high, GRID_MM), colour: 0x1c2733 }, { at: floor(low, high, TICK_MM / 2), colour: 0x2a3948 });
+  grid.name = "floor"; // not drawn where the wearer of a headset sees their own
+  group.add(grid);
   group.add(...scales(low, high));
   group.add(inlet(scene.catheter_diameter_mm));
   return group;
@@ -49,11 +52,18 @@ export function disposeRoi(group: Group): void {
 
 type Corner = readonly [number, number, number];
 
-function lines(positions: number[], colour: number, opacity: number): LineSegments {
+interface Strokes {
+  readonly at: readonly number[];
+  readonly colour: number;
+}
+
+/** Returns strokes of several colours, in one go. */
+function lines(...strokes: readonly Strokes[]): LineSegments {
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new Float32BufferAttribute(positions, 3));
-  const material = new LineBasicMaterial({ color: colour, opacity, transparent: opacity < 1 });
-  return new LineSegments(geometry, material);
+  geometry.setAttribute("position", new Float32BufferAttribute(strokes.flatMap(({ at }) => at), 3));
+  const colours = strokes.flatMap(({ at, colour }) => Array.from({ length: at.length / 3 }, () => new Color(colour).toArray()).flat());
+  geometry.setAttribute("color", new Float32BufferAttribute(colours, 3));
+  return new LineSegments(geometry, new LineBasicMaterial({ vertexColors: true }));
 }
 
 function edges(low: Corner, high: Corner): number[] {
@@ -91,9 +101,9 @@ function scales(low: Corner, high: Corner): Sprite[] {
   ];
   return AXES.flatMap((axis, index) => {
     const values = multiples(low[index]!, high[index]!, TICK_MM).filter((value) => index !== 2 || value > low[2] + 1);
-    const ticks = values.map((value) => at(makeLabel(String(value).replace("-", "−"), "#8b9bad"), place[index]!(value)));
+    const ticks = values.map((value) => at(makeLabel(String(value).replace("-", "−"), "#8b9bad", RANK.tick), place[index]!(value)));
     const between = (Math.floor((low[index]! + high[index]!) / 2 / TICK_MM) + 0.5) * TICK_MM;
-    return [...ticks, at(makeLabel(`${axis.name} mm`, axis.colour), place[index]!(between))];
+    return [...ticks, at(makeLabel(`${axis.name} mm`, axis.colour, RANK.title), place[index]!(between))];
   });
 }
 
@@ -108,6 +118,6 @@ function inlet(diameterMm: number): Group {
   const material = new MeshStandardMaterial({ color: 0x93a4b5, roughness: 0.4, metalness: 0.2 });
   const ring = new Mesh(new TorusGeometry(Math.max(3.5, diameterMm * 1.6), 0.9, 12, 40), material);
   ring.rotation.y = Math.PI / 2;
-  group.add(ring, at(makeLabel("inlet", "#b9c6d4"), [0, 0, -10]));
+  group.add(ring, at(makeLabel("inlet", "#b9c6d4", RANK.title), [0, 0, -10]));
   return group;
 }

@@ -1,22 +1,218 @@
-/** Places to reach, as see-through balls with their names. */
+/** The places to reach and the landmarks, drawn; and what happens when the one in force is reached. */
 
-import { Group, Mesh, MeshStandardMaterial, SphereGeometry } from "three";
-import type { TargetDescription } from "../generated/messages";
-import { makeLabel } from "./label";
+import {
+  BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Group, InstancedMesh, Line, LineDashedMaterial, Matrix4, Mesh,
+  MeshBasicMaterial, MeshLambertMaterial, Quaternion, Raycaster, RingGeometry, SphereGeometry, Vector2, Vector3,
+} from "three";
+import type { Sprite } from "three";
+import type { SceneDescription } from "../generated/messages";
+import type { ReachBy } from "../maths/target";
+import type { Feature, Frame } from "../stage/feature";
+import type { Stage } from "../stage/stage";
+import type { LabelMaker } from "./declutter";
+import { makeLabel, RANK } from "./label";
+import type { Target } from "./target_book";
+import { TargetWatch } from "./target_watch";
+import { ReachedTone } from "./tone";
 
-/** Returns the drawing of all targets, in `box` mm; not shown yet: many names at once hide what they name. */
-export function makeTargets(targets: readonly TargetDescription[]): Group {
-  const group = new Group();
-  group.name = "targets";
-  group.visible = false;
-  for (const target of targets) {
-    const material = new MeshStandardMaterial({ color: 0xffd166, transparent: true, opacity: 0.45, depthWrite: false });
-    const ball = new Mesh(new SphereGeometry(target.radius_mm, 24, 16), material);
-    ball.position.set(...target.position_mm);
-    ball.renderOrder = 30;
-    const label = makeLabel(target.name.replaceAll("_", " "), "#ffd166");
-    label.position.set(target.position_mm[0], target.position_mm[1], target.position_mm[2] + target.radius_mm + 4);
-    group.add(ball, label);
+const COLOUR = 0xffd166;
+const NEAR_COLOUR = 0x7dd3fc;
+const REACHED_COLOUR = 0x4ade80;
+const LANDMARK_COLOUR = "#ffd166";
+/** Those that are not in force are small: where they are, not how large. */
+const OTHER_MM = 1.6;
+const BALL_ORDER = 30;
+const RING_ORDER = 41;
+const LABEL_ABOVE_MM = 4;
+
+/** The ring that fills while one stays within a target: of its radius, and how finely. */
+const RING = { inner: 1.18, outer: 1.34, steps: 60, leastMm: 3 };
+
+/** Told once when a target is reached. t: the instant by the Tracks' clock, s; how: by the tip or by the beam. */
+export type OnReached = (id: string, t: number, how: ReachBy) => void;
+
+export class Targets implements Feature, LabelMaker {
+  onReached: OnReached = () => undefined;
+  labelsVersion = 0;
+  readonly watch = new TargetWatch();
+  private readonly group = new Group();
+  private readonly ball: Mesh<SphereGeometry, MeshLambertMaterial>;
+  private readonly ring: Mesh<RingGeometry, MeshBasicMaterial>;
+  private readonly way: Line<BufferGeometry, LineDashedMaterial>;
+  private readonly wayEnds = new BufferAttribute(new Float32Array(6), 3).setUsage(DynamicDrawUsage);
+  private readonly wayLengths = new BufferAttribute(new Float32Array(2), 1).setUsage(DynamicDrawUsage);
+  private others: InstancedMesh<SphereGeometry, MeshLambertMaterial> | null = null;
+  private labels: Sprite[] = [];
+  private readonly tone = new ReachedTone();
+  private readonly boxTurn = new Quaternion();
+  private dirty = true;
+  private builtFrom = "";
+  private shownShare = -1;
+
+  constructor(private readonly stage: Stage) {
+    const material = new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.4, depthWrite: false });
+    this.ball = new Mesh(new SphereGeometry(1, 32, 20), material);
+    this.ball.renderOrder = BALL_ORDER;
+    const geometry = new BufferGeometry().setAttribute("position", this.wayEnds).setAttribute("lineDistance", this.wayLengths);
+    this.way = new Line(geometry, new LineDashedMaterial({ color: COLOUR, dashSize: 2, gapSize: 1.5, transparent: true, opacity: 0.8 }));
+    this.way.frustumCulled = false;
+    this.way.renderOrder = BALL_ORDER;
+    // From the top, clockwise; seen through everything.
+    const ring = new RingGeometry(RING.inner, RING.outer, RING.steps, 1, Math.PI / 2, -2 * Math.PI);
+    this.ring = new Mesh(ring, new MeshBasicMaterial({ color: REACHED_COLOUR, side: DoubleSide, transparent: true, depthTest: false }));
+    this.ring.renderOrder = RING_ORDER;
+    this.ring.visible = false;
+    this.group.name = "targets";
+    this.group.add(this.ball, this.way, this.ring);
+    stage.view.box.add(this.group);
+    const refresh = (): void => void (this.dirty = true);
+    stage.store.listen(refresh);
+    stage.targets.listen(refresh);
+    stage.view.renderer.domElement.addEventListener("dblclick", (event) => this.placeAt(event));
+    for (const kind of ["pointerdown", "keydown"]) addEventListener(kind, () => this.wake(), { passive: true });
   }
-  return group;
+
+  describe(scene: SceneDescription): void {
+    this.watch.describe(scene.catheter_diameter_mm);
+    this.dirty = true;
+    this.labelsVersion += 1; // the box's own labels are new too
+  }
+
+  update(frame: Frame): boolean {
+    const changed = this.dirty && this.rebuild();
+    this.dirty = false;
+    const { store, targets, tip, readout } = this.stage;
+    const target = store.value.targets ? targets.active : null;
+    const { track } = frame;
+    const known = target !== null && tip.valid && track !== null && !track.stale;
+    this.ball.visible = target !== null;
+    this.way.visible = known;
+    if (!known) {
+      if (target === null) this.watch.restart();
+      else this.watch.interrupt();
+      readout.target = null;
+      return this.paint(frame) || changed;
+    }
+    const { watch } = this;
+    const reached = watch.step(target, tip, track, store.value.ice, store.value.depthMm);
+    readout.target = watch.figures;
+    if (reached) {
+      if (store.value.sound) this.tone.play();
+      this.onReached(target.id, track.t, watch.by);
+    }
+    this.pointTo(target);
+    return this.paint(frame) || changed;
+  }
+
+  /** Begins the watch over the present target anew: it counts as not reached. */
+  restart(): void {
+    this.watch.restart();
+    this.dirty = true;
+  }
+
+  private wake(): void {
+    if (this.stage.store.value.sound && this.stage.store.value.targets) this.tone.wake();
+  }
+
+  /** Places a target where a double click meets the heart. */
+  private placeAt({ offsetX, offsetY }: MouseEvent): void {
+    const { store, view, heart, targets } = this.stage;
+    if (!store.value.targets || store.locked("targets") || view.immersive) return;
+    const { clientWidth, clientHeight } = view.renderer.domElement;
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2((2 * offsetX) / clientWidth - 1, 1 - (2 * offsetY) / clientHeight), view.camera);
+    const met = ray.intersectObject(heart.group, true).find(({ object }) => object.visible);
+    if (met !== undefined) targets.add(view.box.worldToLocal(met.point.clone()));
+  }
+
+  /** Draws the way that counts: from the tip, or across from the beam's middle line. */
+  private pointTo({ position }: Target): void {
+    const { figures } = this.watch;
+    const m = this.stage.tip.matrix.elements;
+    const byBeam = figures.by === "beam" && figures.beamDistanceMm !== null;
+    const from = byBeam ? this.watch.foot : null;
+    this.wayEnds.setXYZ(0, from?.[0] ?? m[12]!, from?.[1] ?? m[13]!, from?.[2] ?? m[14]!).setXYZ(1, position.x, position.y, position.z);
+    this.wayLengths.setX(1, byBeam ? figures.beamDistanceMm! : figures.distanceMm);
+    this.wayEnds.needsUpdate = this.wayLengths.needsUpdate = true;
+  }
+
+  /** Colours the target by how far it is from being reached, and fills its ring; returns whether that has changed. */
+  private paint(frame: Frame): boolean {
+    const { watch: { dwell }, ball, ring, stage: { view } } = this;
+    ring.visible = ball.visible && dwell.within && !dwell.reached;
+    if (ring.visible) {
+      const eye = frame.immersive ? view.head.orientation : view.camera.quaternion;
+      ring.quaternion.copy(view.box.getWorldQuaternion(this.boxTurn).invert().multiply(eye));
+      ring.geometry.setDrawRange(0, 6 * Math.ceil(RING.steps * dwell.share));
+    }
+    const share = dwell.reached ? 2 : dwell.within ? dwell.share : -1;
+    if (share === this.shownShare) return false;
+    this.shownShare = share;
+    const colour = ball.material.color.setHex(dwell.reached ? REACHED_COLOUR : dwell.within ? NEAR_COLOUR : COLOUR);
+    if (dwell.within && !dwell.reached) colour.lerp(GREEN, 0.7 * share);
+    ball.material.opacity = dwell.reached ? 0.6 : dwell.within ? 0.5 : 0.35;
+    this.way.material.color.copy(colour);
+    return true;
+  }
+
+  /** Makes balls and labels anew where that is needed; returns whether it was. */
+  private rebuild(): boolean {
+    const { store, targets, view } = this.stage;
+    const { targets: reaching, landmarks } = store.value;
+    const active = reaching ? targets.active : null;
+    const key = `${reaching} ${landmarks} ${targets.version}`;
+    if (key === this.builtFrom) return false;
+    this.builtFrom = key;
+    this.clear();
+    if (active !== null) {
+      this.ball.position.copy(active.position);
+      this.ball.scale.setScalar(active.radiusMm);
+      this.ring.position.copy(active.position);
+      this.ring.scale.setScalar(Math.max(RING.leastMm, active.radiusMm));
+    }
+    const others = targets.targets.filter((target) => target !== active && (reaching || (landmarks && !target.own)));
+    this.others = makeDots(others);
+    if (this.others !== null) this.group.add(this.others);
+    for (const target of targets.targets) {
+      if (target === active || (landmarks && !target.own)) this.addLabel(target, target === active);
+    }
+    this.shownShare = NaN;
+    this.labelsVersion += 1;
+    view.resize();
+    return true;
+  }
+
+  private addLabel(target: Target, active: boolean): void {
+    const label = active ? makeLabel(target.name, "#ffffff", RANK.active) : makeLabel(target.name, LANDMARK_COLOUR, RANK.place);
+    label.position.copy(target.position).setZ(target.position.z + target.radiusMm + LABEL_ABOVE_MM);
+    this.labels.push(label);
+    this.group.add(label);
+  }
+
+  private clear(): void {
+    for (const label of this.labels) {
+      label.material.map?.dispose();
+      label.material.dispose();
+      label.removeFromParent();
+    }
+    this.labels = [];
+    this.others?.removeFromParent();
+    this.others?.dispose();
+    this.others?.geometry.dispose();
+    this.others?.material.dispose();
+    this.others = null;
+  }
+}
+
+const GREEN = new Color(REACHED_COLOUR);
+
+/** Returns small balls at targets, all in one go; null for none. */
+function makeDots(targets: readonly Target[]): InstancedMesh<SphereGeometry, MeshLambertMaterial> | null {
+  if (targets.length === 0) return null;
+  const material = new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.75 });
+  const dots = new InstancedMesh(new SphereGeometry(OTHER_MM, 16, 10), material, targets.length);
+  const place = new Matrix4();
+  targets.forEach(({ position }, i) => dots.setMatrixAt(i, place.compose(position, new Quaternion(), new Vector3(1, 1, 1))));
+  dots.renderOrder = BALL_ORDER;
+  return dots;
 }

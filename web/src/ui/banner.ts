@@ -35,3 +35,25 @@ export function tellStartFailure(error: unknown, hint: string): void {
     retry: false,
   });
 }
+
+/** Returns whether this browser gives a page the graphics that the scene is drawn with. */
+export function hasWebGl2(): boolean {
+  return document.createElement("canvas").getContext("webgl2") !== null;
+}
+
+/** Says that the scene cannot be drawn here, and where to find out why. */
+export function tellNoGraphics(): void {
+  new BannerView(() => location.reload()).show({
+    level: "bad",
+    title: "This browser cannot draw the scene",
+    detail: "It offers no WebGL 2. Update the browser, turn its graphics (hardware) acceleration on, or use another device.",
+    hint: "",
+    retry: true,
+  });
+  const link = byId<HTMLAnchorElement>("banner-link");
+  link.href = new URL("diag", document.baseURI).href;
+  link.textContent = "See what this device offers";
+  link.hidden = false;
+  setText(byId("status"), "no graphics");
+  byId("status").dataset["level"] = "bad";
+}

@@ -125,3 +125,17 @@ export function hintFor(reason: string): string {
   const found = HINTS.find(([pattern]) => pattern.test(reason));
   return found?.[1] ?? "Tracking goes on by itself once both cameras see the whole catheter.";
 }
+
+/** What is said while the graphics card has taken the picture away: nothing else matters then. */
+export const GRAPHICS_LOST: Condition = {
+  label: "no picture",
+  level: "bad",
+  stale: true,
+  banner: {
+    level: "bad",
+    title: "The graphics card has stopped drawing",
+    detail: "The browser took it away, as when a driver starts anew or another program needs it. A headset's session was ended.",
+    hint: "The picture comes back by itself. If it does not within a minute, load the page again.",
+    retry: false,
+  },
+};

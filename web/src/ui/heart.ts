@@ -3,19 +3,19 @@
 import type { HeartDescription } from "../generated/messages";
 import type { Stagecraft } from "../scene/stagecraft";
 import type { Settings } from "../settings";
+import type { SettingsStore } from "../stage/settings";
 import { byId, setText } from "./dom";
 import { PartList } from "./parts";
 
 export class HeartLoader {
   private readonly list: PartList;
-  private readonly landmarks = byId<HTMLInputElement>("landmarks");
 
   constructor(
     private readonly stagecraft: Stagecraft,
     private readonly settings: Settings,
+    private readonly store: SettingsStore,
   ) {
-    this.list = new PartList(() => stagecraft.view.touch());
-    this.landmarks.addEventListener("input", () => stagecraft.showTargets(this.landmarks.checked));
+    this.list = new PartList(store);
   }
 
   /** Loads a scene's heart, or takes the present one away. Never rejects: the scene is of use without it. */
@@ -29,7 +29,7 @@ export class HeartLoader {
     this.list.explain("Loading…");
     try {
       await this.stagecraft.heart.load(heart, sceneUrl);
-      this.list.show(this.stagecraft.heart.parts, heart);
+      this.list.show(heart);
     } catch (error) {
       this.stagecraft.heart.clear();
       this.list.explain(`The heart could not be loaded: ${error instanceof Error ? error.message : "unknown reason"}`);
@@ -37,15 +37,8 @@ export class HeartLoader {
     this.stagecraft.view.touch();
   }
 
-  /** Offers the landmarks of a scene that has some. */
-  offerLandmarks(count: number): void {
-    byId("landmarks-row").hidden = count === 0;
-    this.stagecraft.showTargets(this.landmarks.checked);
-  }
-
   toggleLandmarks(): void {
-    this.landmarks.checked = !this.landmarks.checked;
-    this.stagecraft.showTargets(this.landmarks.checked);
+    this.store.set({ landmarks: !this.store.value.landmarks });
   }
 
   toggle(): void {

@@ -40,6 +40,7 @@ export class Operator {
     this.linked = true;
     this.role = hello.role;
     this.needsPairing = hello.needs_pairing;
+    setText(byId("no-steering-text"), `There is nothing to steer: ${hello.source === "replay" ? "this is a recording" : "the catheter is moved by hand"}.`);
     this.refresh();
   }
 

@@ -1,9 +1,8 @@
 /** The list of the heart's parts: show, hide, and how far each is seen through. */
 
-import type { HeartDescription } from "../generated/messages";
-import type { HeartPart } from "../scene/heart";
-import { DEFAULT_OPACITY } from "../scene/heart";
+import type { HeartDescription, PartDescription } from "../generated/messages";
 import { fixed } from "../maths/format";
+import type { PartSettings, SettingsStore } from "../stage/settings";
 import { byId, make, setText } from "./dom";
 
 const KINDS: Record<string, string> = {
@@ -13,77 +12,88 @@ const KINDS: Record<string, string> = {
   affine: "Registered to landmarks, scaled and stretched",
 };
 
-export class PartList {
-  private rows: { part: HeartPart; box: HTMLInputElement; range: HTMLInputElement }[] = [];
-  private readonly all = byId<HTMLInputElement>("all-opacity");
+interface Row {
+  readonly name: string;
+  readonly box: HTMLInputElement;
+  readonly range: HTMLInputElement;
+  readonly element: HTMLElement;
+  readonly title: string;
+}
 
-  constructor(private readonly onChange: () => void) {
-    this.all.addEventListener("input", () => {
-      for (const row of this.rows) row.range.value = this.all.value;
-      this.apply();
-    });
+export class PartList {
+  private rows: Row[] = [];
+
+  constructor(private readonly store: SettingsStore) {
+    store.listen(() => this.refresh());
   }
 
   /** Lists the parts of a heart that was loaded. */
-  show(parts: readonly HeartPart[], heart: HeartDescription): void {
-    this.rows = parts.map((part) => this.makeRow(part));
-    byId("parts").replaceChildren(...this.rows.map((row) => row.box.parentElement!));
-    byId("all-parts").hidden = parts.length === 0;
-    this.all.value = String(parts[0]?.opacity ?? DEFAULT_OPACITY);
-    const { kind, fre_mm, tre_mm, predicted_tre_mm: centre, worst_tre_mm: worst, date } = heart.registration;
-    let text = KINDS[kind] ?? kind;
-    if (kind !== "placement") {
-      if (date != null) text += ` on ${date}`;
-      // The FRE never comes first, nor alone: it is not the error elsewhere.
-      const parts = [`held-out TRE ${fixed(tre_mm, 1)} mm`];
-      if (centre != null) parts.unshift(`predicted TRE ${fixed(centre, 1)} mm`);
-      if (worst != null) parts[0] += `, at worst ${fixed(worst, 1)} mm`;
-      text += `: ${parts.join("; ")}; FRE ${fixed(fre_mm, 1)} mm.`;
-    }
-    setText(byId("placement"), text);
+  show(heart: HeartDescription): void {
+    this.rows = heart.parts.map((part) => this.makeRow(part));
+    byId("parts").replaceChildren(...this.rows.map((row) => row.element));
+    this.refresh();
+    setText(byId("placement"), placementText(heart));
   }
 
   /** Says in place of the list why there is none. */
   explain(text: string): void {
     this.rows = [];
     byId("parts").replaceChildren(make("p", "faint", text));
-    byId("all-parts").hidden = true;
     setText(byId("placement"), "");
   }
 
   /** Hides every part, or shows every part when all are hidden. */
   toggleAll(): void {
-    const visible = !this.rows.some((row) => row.box.checked);
-    for (const row of this.rows) row.box.checked = visible;
-    this.apply();
+    const visible = !this.rows.some((row) => this.store.part(row.name).visible);
+    const parts: Record<string, PartSettings> = { ...this.store.value.parts };
+    for (const { name } of this.rows) parts[name] = { ...this.store.part(name), visible };
+    this.store.set({ parts });
   }
 
-  private apply(): void {
-    for (const { part, box, range } of this.rows) part.show(box.checked, range.valueAsNumber);
-    this.onChange();
+  private refresh(): void {
+    const locked = this.store.locked("parts");
+    const why = this.store.why("parts");
+    for (const { name, box, range, element, title } of this.rows) {
+      const { visible, opacity } = this.store.part(name);
+      box.checked = visible;
+      if (range.valueAsNumber !== opacity) range.value = String(opacity);
+      box.disabled = range.disabled = locked;
+      element.dataset["locked"] = String(locked);
+      element.title = why || title;
+    }
   }
 
-  private makeRow(part: HeartPart): { part: HeartPart; box: HTMLInputElement; range: HTMLInputElement } {
-    const { name, label, colour } = part.description;
-    const row = make("div", "part");
+  private makeRow({ name, label, colour }: PartDescription): Row {
+    const element = make("div", "part");
     const box = make("input");
     box.type = "checkbox";
     box.id = `part-${name}`;
-    box.checked = part.visible;
     const swatch = make("span", "swatch");
     swatch.style.background = colour;
     const text = make("label", "", label);
     text.htmlFor = box.id;
-    text.title = label;
     const range = make("input");
     range.type = "range";
     range.min = "0";
     range.max = "1";
     range.step = "0.02";
-    range.value = String(part.opacity);
     range.setAttribute("aria-label", `Opacity of ${label}`);
-    for (const control of [box, range]) control.addEventListener("input", () => this.apply());
-    row.append(box, swatch, text, range);
-    return { part, box, range };
+    box.addEventListener("input", () => this.store.setPart(name, { visible: box.checked }));
+    range.addEventListener("input", () => this.store.setPart(name, { opacity: range.valueAsNumber }));
+    element.append(box, swatch, text, range);
+    return { name, box, range, element, title: label };
   }
+}
+
+/** Returns how well the heart lies where it is drawn, in words. */
+function placementText({ registration }: HeartDescription): string {
+  const { kind, fre_mm, tre_mm, predicted_tre_mm: centre, worst_tre_mm: worst, date } = registration;
+  let text = KINDS[kind] ?? kind;
+  if (kind === "placement") return text;
+  if (date != null) text += ` on ${date}`;
+  // The FRE never comes first, nor alone: it is not the error elsewhere.
+  const parts = [`held-out TRE ${fixed(tre_mm, 1)} mm`];
+  if (centre != null) parts.unshift(`predicted TRE ${fixed(centre, 1)} mm`);
+  if (worst != null) parts[0] += `, at worst ${fixed(worst, 1)} mm`;
+  return `${text}: ${parts.join("; ")}; FRE ${fixed(fre_mm, 1)} mm.`;
 }

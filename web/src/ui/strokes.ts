@@ -13,6 +13,8 @@ export interface Actions {
   togglePicture(camera: string): void;
   /** Closes what is open; returns whether anything was. */
   closeAll(): boolean;
+  /** Goes on where something waits for that; returns whether anything did. */
+  goOn(): boolean;
 }
 
 /** Returns the meaning of keys: true when one meant something. */
@@ -31,6 +33,7 @@ export function makeStrokes(actions: Actions): (key: string) => boolean {
   });
   return (key) => {
     if (key === "Escape") return actions.closeAll();
+    if (key === "Enter") return actions.goOn();
     const meaning = meanings[key.toLowerCase()];
     meaning?.();
     return meaning !== undefined;

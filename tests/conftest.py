@@ -41,7 +41,9 @@ _OFFLINE = (
     "test_recorded_encoder.py",
     "test_register.py",
     "test_study.py",
+    "test_proof_study.py",
     "test_study_report.py",
+    "test_study_twin.py",
     "test_score.py",
 )
 # Tests of these folders share what takes long to make, and so run in one process.

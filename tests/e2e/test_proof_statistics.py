@@ -13,10 +13,10 @@ from cathxr.study.analysis.mixed import mixed_model
 from cathxr.study.analysis.paired import differences, wilcoxon
 from cathxr.study.simulate import EVERYBODY_2D_FIRST, Effects, Plan, simulated
 
-STUDIES = 300
+STUDIES = 500
 CONDITIONS = (Condition("2d", "2D view"), Condition("3d", "3D view"))
 VIEW, PRACTICE = math.log(0.75), math.log(0.93)
-# A share of 0.95 out of 300 has a standard error of 0.013: three of them are allowed.
+# A share of 0.95 out of 500 has a standard error of 0.010: three of them are allowed.
 SLACK = 3.0 * math.sqrt(0.95 * 0.05 / STUDIES)
 
 CASES = (
@@ -117,7 +117,7 @@ further trial takes {math.exp(PRACTICE):.2f} times as long as the one before. In
 standard deviation of 0.25 between people. *View, found*: the mixed model's mean. *Held*: in how many of 100 studies the
 95 % interval holds the truth, of the mixed model's view, period and trial, and of the AB/BA analysis by person. *Says a
 difference*: in how many of 100 studies a test does so at 0.05; in rows with a true ratio of 1.00 that is its error.
-A share of 95 % has a standard error of 1.3 here.
+A share of 95 % has a standard error of {100 * SLACK / 3:.1f} here.
 
 | case | view, true ratio | view, found | held: view | period | trial | by person | says a difference: model | \
 Wilcoxon | rank-sum |

@@ -7,12 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner, Result
 
+from cathxr.app.cli import main
 from cathxr.core import Event, Track
+from cathxr.core.trials import Outcome, Participant, TrialRecord
 from cathxr.heart import builtin_path, read_heart
 from cathxr.registration import read_registration
 from cathxr.storage.rig_file import example_rig
 from cathxr.storage.session import SessionWriter
+from cathxr.storage.study_store import StudyStore
+from cathxr.study.design_template import design_template
 from cathxr.training import Trial, find_task, order_of, place_task, task_sha256
 from cathxr.twin import TwinWorld
 
@@ -24,6 +29,11 @@ START = np.array([30.0, 0.0, 0.0, 0.0])
 def cathxr(*args: object) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "cathxr", *map(str, args)]
     return subprocess.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
+
+
+def here(*args: object) -> Result:
+    """Run a command in this process, which takes a tenth of the time."""
+    return CliRunner().invoke(main, [str(each) for each in args])
 
 
 def recorded(folder: Path, tracks: list[Track], events: list[Event]) -> Path:
@@ -88,6 +98,56 @@ def test_a_task_is_done_on_any_recording(session: tuple[Path, Trial], tmp_path: 
     other = cathxr("score", session[0], "--task", "clockwise_sweep", "--no-wall")
     assert other.returncode == 0, other.stderr
     assert "not completed" in other.stdout
+
+
+def stored(folder: Path, done: Trial) -> Path:
+    """Return the folder of a study in which P01 has done three trials, the last the recorded one, and others theirs."""
+    text = design_template(key="s", title="s", task="six_targets", practice="practice", planned=8)
+    folder.mkdir()
+    (folder / "study.toml").write_text(text, encoding="utf-8")
+    result = done.result()
+
+    def record(identifier: str, code: str, day: int, t_s: float) -> TrialRecord:
+        return TrialRecord(
+            identifier, code, "six_targets", "3d", day, 1, f"2026-01-{day:02d}T09:00:00Z", Outcome.COMPLETED, t_s,
+            measures={"t": t_s, "sparc": -2.0 - 0.001 * t_s},
+        )  # fmt: skip
+
+    mine = [record("A", "P01", 1, 2.0 * result.active_s), record("B", "P01", 2, 1.5 * result.active_s)]
+    mine.append(record("T-1", "P01", 3, result.active_s))
+    others = [record(f"O{n}", f"Q{n}", 1, share * result.active_s) for n, share in enumerate((0.5, 0.9, 1.2, 3.0, 4.0))]
+    with StudyStore.create(folder / "study.sqlite", study="s", seed=1, software="0", at="2026-01-01") as store:
+        store.adopt(text, at="2026-01-01")
+        for code in sorted({each.participant for each in (*mine, *others)}):
+            store.enrol(Participant(code), at="2026-01-01")
+        store.record_all([*mine, *others], at="2026-01-03")
+    return folder
+
+
+def test_a_score_card_compares_with_own_best_and_cohort(session: tuple[Path, Trial], tmp_path: Path) -> None:
+    study = stored(tmp_path / "study", session[1])
+    done = here("score", session[0], "--no-wall", "--study", study, "--out", tmp_path / "s.json")
+    assert done.exit_code == 0, done.output
+    assert "P01: trial 3 of this task in this view. Better than ever before: Completion time" in done.output
+    assert "5 others have done it." in done.output
+    (scored,) = json.loads((tmp_path / "s.json").read_text(encoding="utf-8"))["trials"]
+    time = next(each for each in scored["card"]["lines"] if each["metric"] == "t")
+    mine = session[1].result().active_s
+    assert [value for _, value in time["history"]] == [2.0 * mine, 1.5 * mine, mine]
+    # Two of five others were faster: 60 % are slower.
+    assert (time["best_before"], time["is_best"], time["percentile"], time["others"]) == (1.5 * mine, True, 60.0, 5)
+    assert "60 % of 5" in done.output
+    assert "█▄▁" in done.output
+
+
+def test_a_score_card_needs_a_trial_of_the_study(session: tuple[Path, Trial], tmp_path: Path) -> None:
+    study = stored(tmp_path / "study", session[1])
+    with StudyStore.open(study / "study.sqlite", study="s") as store:
+        store.delete("P01", at="2026-01-04")
+    for more, sentence in (((), "has no trial T-1"), (("--task", "six_targets"), "leave it or --study out")):
+        done = here("score", session[0], "--no-wall", "--study", study, *more)
+        assert done.exit_code == 1
+        assert sentence in done.output
 
 
 def test_failures_are_one_sentence(session: tuple[Path, Trial], tmp_path: Path) -> None:

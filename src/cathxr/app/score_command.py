@@ -10,10 +10,12 @@ import click
 from cathxr import __version__
 from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.page_options import PATH
-from cathxr.core import DataError
+from cathxr.app.study_folder import STORE_VARIABLE
+from cathxr.core import ConfigError, DataError
 
 if TYPE_CHECKING:
-    from cathxr.training import Replayed
+    from cathxr.core import Track
+    from cathxr.training import Replayed, TrialResult
     from cathxr.training.metrics import Measure, Run
 
 SCHEMA = "cathxr-score/1"
@@ -29,6 +31,8 @@ SCHEMA = "cathxr-score/1"
 )
 @click.option("--row", type=click.IntRange(min=0), default=0, show_default=True, help="Of a Latin square, with --task.")
 @click.option("--wall/--no-wall", default=True, show_default=True, help="Measure virtual wall breaches.")
+@click.option("--study", type=PATH, help="The folder of the study that the trials are of: also print score cards.")
+@click.option("--store", envvar=STORE_VARIABLE, help="The study's store.  [default: study.sqlite in its folder]")
 @click.option("--out", type=PATH, help="Also write everything as JSON.")
 @told_in_a_sentence
 def score(
@@ -39,9 +43,13 @@ def score(
     seed: int,
     row: int,
     wall: bool,
+    study: Path | None,
+    store: str | None,
     out: Path | None,
 ) -> None:
     """Measure the trials in the recording SESSION, done again from its Tracks and the person's acts.
+
+    With --study a score card follows: this trial against the own best before, the own progress, and the others.
 
     A metric that cannot be had is not 0: the table says why. docs/metrics.md explains each.
 
@@ -49,8 +57,10 @@ def score(
     Examples:
       cathxr score recordings/first
       cathxr score recordings/first --task six_targets --out score.json
+      cathxr score my_study/recordings/P01-1-2d-3 --study my_study
     """
     from cathxr.app.register_heart import chosen_heart
+    from cathxr.app.score_card import card_document, card_of, show_card, stored_trials
     from cathxr.app.score_inputs import expert_path, placed_in, recorded_registration, wall_depth
     from cathxr.storage.atomic import check_writable
     from cathxr.storage.session import SessionReader
@@ -59,33 +69,53 @@ def score(
 
     if out is not None:
         check_writable(out, what="the scores")
+    if study is not None and task is not None:
+        raise ConfigError("--task does a task that the study knows nothing of: leave it or --study out.")
     reader, folder = SessionReader(session), chosen_heart(heart)
     registration = recorded_registration(reader, folder)
     tracks = tuple(reader.tracks())
     if not tracks:
         raise DataError(f"{session}: no Tracks were recorded, so that there is nothing to score.")
     if task is None:
-        done = replay_trials(tracks, reader.events())
+        done = [_whole(session, each, tracks) for each in replay_trials(tracks, reader.events())]
     else:
         chosen = find_task(task)
         placed = placed_in(chosen, heart, reader.rig.roi, registration)
-        done = (run_task(placed, order_of(chosen, seed=seed, row=row), tracks),)
+        replayed = run_task(placed, order_of(chosen, seed=seed, row=row), tracks)
+        done = [(replayed, replayed.trial.result(), tracks)]
     if not done:
         raise DataError(f"{session}: no trial was recorded here; name a task with --task to do it on this recording.")
+    records = None if study is None else stored_trials(study, store)
+    cards = [None if records is None else card_of(each.trial.id, records) for each, _, _ in done]
     depth = wall_depth(folder, registration) if wall else None
     path = None if expert is None else expert_path(expert)
     documents = []
-    for each in done:
-        result = each.trial.result()
-        run = Run(result, each.trial.placed, motion_of(tracks, result.stretches), depth, path)
+    for (each, result, its_tracks), card in zip(done, cards, strict=True):
+        run = Run(result, each.trial.placed, motion_of(its_tracks, result.stretches), depth, path)
         measures = measured(run)
         _show(run, measures)
-        documents.append(_document(each, run, measures))
+        document = _document(each, run, measures)
+        if card is not None:
+            show_card(card)
+            document["card"] = card_document(card)
+        documents.append(document)
     if not reader.is_whole:
         click.echo("The recording was cut off; this is what was saved.")
     if out is not None:
         _write(out, {"schema": SCHEMA, "session": session.name, "software": __version__, "trials": documents})
         click.echo(f"Written: {out}")
+
+
+def _whole(
+    session: Path, replayed: "Replayed", tracks: "tuple[Track, ...]"
+) -> "tuple[Replayed, TrialResult, tuple[Track, ...]]":
+    """Return a trial with its result and Tracks, joined with those of the recordings that go on from this one."""
+    from cathxr.runtime.training_recordings import part_folders, recorded_trial
+
+    if len(part_folders(session)) < 2:
+        return replayed, replayed.trial.result(), tracks
+    joined = recorded_trial(session, replayed.trial.id)
+    return joined.replayed, joined.result, joined.tracks
 
 
 def _show(run: "Run", measures: "Mapping[str, Measure]") -> None:

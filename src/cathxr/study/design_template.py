@@ -19,11 +19,11 @@ name = "3D view"
 view = "3d"
 
 [sequences]
-kind = "crossover"               # crossover: AB and BA; latin: Williams square; permutations; listed
+$sequences
 
 [trials]
 tasks = ["$task"]
-per_condition = 3                # of every task
+per_condition = $per_condition                # of every task
 
 [practice]
 task = "$practice"
@@ -39,7 +39,7 @@ blocks = [1, 2]                  # blocks of one or two whole sets of sequences,
 
 [outcomes]
 primary = "t"
-secondary = ["nT", "tT", "path_length"]
+secondary = ["nT", "tT", "path_length", "sparc", "breach_count"]
 
 [[exclusions]]
 key = "unseen"
@@ -85,7 +85,19 @@ asked = "end"
 )
 
 
-def design_template(*, key: str, title: str, task: str, practice: str, planned: int) -> str:
-    """Return the text of a study.toml to begin with. key and title: the study's; the others as in the file."""
+_CROSSOVER = 'kind = "crossover"               # crossover: AB and BA; latin: Williams square; permutations; listed'
+_ONE_ORDER = 'kind = "listed"\nlisted = [["2d", "3d"]]          # view and practice cannot be told apart'
+
+
+def design_template(
+    *, key: str, title: str, task: str, practice: str, planned: int, per_condition: int = 3, one_order: bool = False
+) -> str:
+    """Return the text of a study.toml to begin with. key and title: the study's; the others as in the file.
+
+    one_order: everybody has the conditions in the same order, to show what comes of it.
+    """
     title = title.replace("\\", "\\\\").replace('"', '\\"')
-    return _TEMPLATE.substitute(key=key, title=title, task=task, practice=practice, planned=planned)
+    return _TEMPLATE.substitute(
+        key=key, title=title, task=task, practice=practice, planned=planned, per_condition=per_condition,
+        sequences=_ONE_ORDER if one_order else _CROSSOVER,
+    )  # fmt: skip

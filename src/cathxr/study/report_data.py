@@ -71,10 +71,11 @@ def study_data(
 
 
 def _items(survey: Survey) -> list[SurveyItem]:
-    return [
-        SurveyItem(survey.key, each.key, each.text, *((each.minimum, each.maximum) if each.kind is Kind.RATING else ()))
-        for each in survey.items
-    ]
+    found = []
+    for each in survey.items:
+        low, high = (each.minimum, each.maximum) if each.kind is Kind.RATING else (None, None)
+        found.append(SurveyItem(survey.key, each.key, each.text, low, high, survey.name))
+    return found
 
 
 def _scores(survey: Survey, answers: Sequence[Answer]) -> list[SurveyScore]:
@@ -89,5 +90,8 @@ def _scores(survey: Survey, answers: Sequence[Answer]) -> list[SurveyScore]:
             elif score.better == "higher":
                 better = "higher"
             span = f"{score.minimum:g} to {score.maximum:g}"
-            found.append(SurveyScore(survey.key, score.name, each.participant, each.occasion, each.value, span, better))
+            ends = (score.minimum, score.maximum)
+            found.append(
+                SurveyScore(survey.key, score.name, each.participant, each.occasion, each.value, span, better, ends)
+            )
     return found

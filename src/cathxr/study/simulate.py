@@ -11,7 +11,7 @@ from datetime import UTC, datetime, timedelta
 
 import numpy as np
 
-from cathxr.core.trials import Answer, Outcome, Participant, TargetResult, TrialRecord
+from cathxr.core.trials import Outcome, Participant, TargetResult, TrialRecord
 
 
 @dataclass(frozen=True)
@@ -53,11 +53,10 @@ EVERYBODY_2D_FIRST = (("2d", "3d"),)
 
 @dataclass(frozen=True)
 class SimulatedStudy:
-    """participants, trials and answers as a store would give them; the seed is the generator's."""
+    """Participants and trials as a store would give them; the seed is the generator's."""
 
     participants: tuple[Participant, ...]
     trials: tuple[TrialRecord, ...]
-    answers: tuple[Answer, ...] = ()
 
 
 _FIRST_DAY = datetime(2026, 1, 5, 9, 0, tzinfo=UTC)
@@ -129,7 +128,7 @@ def _trial(
         "path_length": speed * active_s,
         "sparc": -2.0 - 0.004 * active_s + rng.normal(0.0, 0.2),
         "idle_time": active_s * float(rng.beta(4.0, 16.0)),
-        "wall_breach_count": float(rng.poisson(active_s / 60.0)),
+        "breach_count": float(rng.poisson(active_s / 60.0)),
     }
     if reached_count:
         measures["tT"] = active_s / reached_count
@@ -149,23 +148,6 @@ def _trial(
         practice=period == 0,
         software="simulated",
     )
-
-
-def simulated_answers(
-    study: SimulatedStudy,
-    items: Sequence[tuple[str, str, float, float, float]],
-    rng: np.random.Generator,
-    *,
-    occasion: str,
-) -> tuple[Answer, ...]:
-    """Return everybody's answer to each item (survey, item, lowest, highest, step), mostly high ones."""
-    when = _utc(_FIRST_DAY + timedelta(days=len(study.participants)))
-    answers = []
-    for person in study.participants:
-        for survey, item, low, high, step in items:
-            value = low + step * round(float(rng.beta(4.0, 2.0)) * (high - low) / step)
-            answers.append(Answer(person.code, survey, item, occasion, when, value))
-    return tuple(answers)
 
 
 def _utc(when: datetime) -> str:

@@ -2,6 +2,7 @@
 
 from cathxr.training.builtin_tasks import builtin_tasks, find_task
 from cathxr.training.card import ScoreCard, score_card
+from cathxr.training.carried import Carried, moved_offer, shift_ns
 from cathxr.training.orders import order_of
 from cathxr.training.placing import PlacedTarget, PlacedTask, place_task
 from cathxr.training.practice import Familiarisation, familiarisation, practice_of
@@ -12,6 +13,7 @@ from cathxr.training.task_file import read_task, task_from_text, task_sha256, ta
 from cathxr.training.trial import Trial
 
 __all__ = [
+    "Carried",
     "Familiarisation",
     "Offer",
     "Phase",
@@ -31,6 +33,7 @@ __all__ = [
     "builtin_tasks",
     "familiarisation",
     "find_task",
+    "moved_offer",
     "order_of",
     "place_task",
     "practice_of",
@@ -38,6 +41,7 @@ __all__ = [
     "replay_trials",
     "run_task",
     "score_card",
+    "shift_ns",
     "task_from_text",
     "task_sha256",
     "task_toml",

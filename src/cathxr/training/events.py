@@ -6,7 +6,7 @@ arrive later than the instant they are of.
 
 | what | payload beside `what`, `trial`, `after_ns` |
 |---|---|
-| begun | `task`: the placed task as numbers (`placed_mapping`); `order`: the targets' keys |
+| begun | `task`: `placed_mapping`; `order`: the targets' keys; `carried` (`carried_mapping`) where it goes on |
 | paused, resumed, aborted | `void` true where the trial had ended by itself just before |
 
 What follows from Tracks and acts; a replay gives the same to the last bit.

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from cathxr.core import DataError, Event, Track
 from cathxr.training import events as say
+from cathxr.training.carried import carried_from_mapping
 from cathxr.training.orders import order_of
 from cathxr.training.placing import PlacedTask, placed_from_mapping
 from cathxr.training.state import Phase
@@ -54,7 +55,8 @@ def _replayed(tracks: Sequence[Track], acts: Sequence[Event]) -> Replayed:
         if first["what"] != say.BEGUN:
             raise ValueError(f"expected it to begin with {say.BEGUN}, got {first['what']}")
         order = [str(each) for each in first["order"]]
-        trial = Trial(placed_from_mapping(first["task"]), order, trial=str(first["trial"]))
+        before = carried_from_mapping(first["carried"]) if "carried" in first else None
+        trial = Trial(placed_from_mapping(first["task"]), order, trial=str(first["trial"]), carried=before)
         out: list[Event] = []
         left = list(acts)
         for track in tracks:

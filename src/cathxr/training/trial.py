@@ -8,6 +8,7 @@ from cathxr.core import Event, FloatArray, Track
 from cathxr.core.track import Status
 from cathxr.core.trials import Outcome, TargetResult
 from cathxr.training import events as say
+from cathxr.training.carried import Carried, carried_mapping
 from cathxr.training.closeness import Closeness, closeness
 from cathxr.training.placing import PlacedTarget, PlacedTask, placed_mapping
 from cathxr.training.state import Offer, Phase, TrialResult, TrialState
@@ -25,10 +26,16 @@ class Trial:
     their own instant, not at the Track that shows that they have passed. `events.py` says which Events come out.
     """
 
-    def __init__(self, placed: PlacedTask, order: Sequence[str], *, trial: str = "") -> None:
-        """Prepare. order: the targets' keys; practice begins again at the first after the last. trial: an id."""
+    def __init__(
+        self, placed: PlacedTask, order: Sequence[str], *, trial: str = "", carried: Carried | None = None
+    ) -> None:
+        """Prepare. order: the targets' keys; practice begins again at the first after the last. trial: an id.
+
+        carried: what was done already in a recording that broke off; `begin` then goes on with it.
+        """
         if not order:
             raise ValueError("order: expected at least one target")
+        self._carried = carried
         self.placed, self.order, self.id = placed, tuple(order), trial
         self._targets = [placed.target(key) for key in self.order]
         self._phase = Phase.WAITING
@@ -51,9 +58,13 @@ class Trial:
         t_ns = self._act_ns(t_ns)
         self._began_ns = t_ns
         self._phase = Phase.RUNNING
+        more: dict[str, object] = {}
+        if self._carried is not None:
+            self._take_over(self._carried.moved(t_ns))
+            more["carried"] = carried_mapping(self._carried)
         self._watch.start(t_ns)
-        task = placed_mapping(self.placed)
-        return self._act(t_ns, say.BEGUN, task=task, order=list(self.order)), self._offer(t_ns)
+        begun = self._act(t_ns, say.BEGUN, task=placed_mapping(self.placed), order=list(self.order), **more)
+        return begun, self._offer(t_ns) if self._carried is None else self._offered(t_ns)
 
     def pause(self, t_ns: int) -> tuple[Event, ...]:
         """Stop the time. Raises ValueError unless it runs."""
@@ -150,6 +161,37 @@ class Trial:
             stretches=tuple(stretches),
         )
 
+    def carry(self) -> Carried:
+        """Return how far it is, to be gone on with in another recording.
+
+        Raises:
+            ValueError: it has not begun, or has ended.
+        """
+        self._expect("be carried on", Phase.RUNNING, Phase.PAUSED)
+        now, stretches = self._now_ns, list(self._watch.closed)
+        if self._watch.started_ns is not None:
+            stretches.append((self._watch.started_ns, now))
+        return Carried(
+            began_ns=self._began_ns,
+            ended_ns=now,
+            active_ns=self._watch.active_ns(now),
+            unseen_ns=self._watch.unseen_ns,
+            stretches=tuple(stretches),
+            offers=tuple(self._offers),
+            row=self._row,
+            offered_ns=self._offered_ns,
+            offered_active_ns=self._offered_active_ns,
+            path_mm=self._path_mm,
+            misses=self._misses,
+        )
+
+    def _take_over(self, carried: Carried) -> None:
+        """Go on from what was carried, which is in this trial's clock."""
+        self._began_ns, self._offers, self._row = carried.began_ns, list(carried.offers), carried.row
+        self._offered_ns, self._offered_active_ns = carried.offered_ns, carried.offered_active_ns
+        self._path_mm, self._misses = carried.path_mm, carried.misses
+        self._watch.carry(carried.stretches, active_ns=carried.active_ns, unseen_ns=carried.unseen_ns)
+
     @property
     def _target(self) -> PlacedTarget:
         return self._targets[len(self._offers) % len(self._targets)]
@@ -237,6 +279,10 @@ class Trial:
         """Offer the next target."""
         self._offered_ns, self._offered_active_ns = t_ns, self._watch.active_ns(t_ns)
         self._path_mm, self._misses, self._inside_ns, self._near = 0.0, 0, None, None
+        return self._offered(t_ns)
+
+    def _offered(self, t_ns: int) -> Event:
+        """Say which target is offered since when."""
         active_s = self._offered_active_ns / _NS
         return say.training_event(t_ns, say.OFFERED, self.id, target=self._target.key, active_s=active_s)
 

@@ -1,5 +1,7 @@
 """A trial's stopwatch: active time in stretches, and how much of it the tip was not seen."""
 
+from collections.abc import Sequence
+
 from cathxr.core import Track
 from cathxr.core.track import Status
 
@@ -17,6 +19,10 @@ class Watch:
         self._mark_ns = 0
         self._seen = True
         self._before_ns = 0
+
+    def carry(self, closed: Sequence[tuple[int, int]], *, active_ns: int, unseen_ns: int) -> None:
+        """Take over what another watch has counted, before the first stretch."""
+        self.closed, self._before_ns, self.unseen_ns = list(closed), active_ns, unseen_ns
 
     def start(self, t_ns: int) -> None:
         """Begin a stretch."""

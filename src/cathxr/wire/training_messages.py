@@ -7,6 +7,8 @@ from pydantic import Field
 from cathxr.wire.message import Message, Vector3
 
 TrainingPhase = Literal["idle", "ready", "countdown", "running", "paused", "ended"]
+TargetState = Literal["later", "now", "reached", "missed"]
+TrainingView = Literal["2d", "3d", "free"]
 
 
 # --- server to client -------------------------------------------------------------------------------------------------
@@ -18,7 +20,7 @@ class TrainingTask(Message):
     key: str
     name: str
     text: str = Field(description="What to do, in a sentence or two.")
-    view: Literal["2d", "3d", "free"]
+    view: TrainingView
     step: int | None = Field(description="Its place in the progression, from 1.")
     practice: bool = Field(description="Whether it is familiarisation: offered until its criterion is met.")
     problem: str = Field(description="Why it cannot be done with this heart and box; empty when it can.")
@@ -65,7 +67,7 @@ class TrainingTarget(Message):
     direction: Vector3 | None = Field(description="box, unit: where tip or beam must point; of a plane: its normal.")
     up: Vector3 | None = Field(description="box, unit; of a plane: where the beam must point.")
     dwell_s: float
-    state: Literal["later", "now", "reached", "missed"]
+    state: TargetState
 
 
 class TrainingRun(Message):
@@ -76,7 +78,7 @@ class TrainingRun(Message):
     task: str = Field(description="The task's key.")
     name: str
     text: str
-    view: Literal["2d", "3d", "free"] = Field(description="What the participant may see.")
+    view: TrainingView = Field(description="What the participant may see.")
     condition: str = Field(description="The study's condition in words, or the view outside a study.")
     number: int = Field(description="1, 2, … within participant and condition.")
     practice: bool
@@ -160,6 +162,7 @@ class SurveyDescription(Message):
     source: str
     occasion: str
     items: list[SurveyItem]
+    answers: dict[str, float | str] = Field(description="By the item's key: what was answered so far.")
 
 
 class TrainingState(Message):
@@ -173,6 +176,7 @@ class TrainingState(Message):
     result: TrainingResult | None
     survey: SurveyDescription | None
     sentence: str = Field(description="What the operator should know; empty otherwise.")
+    can: list[str] = Field(description="The commands of training that would be carried out now.")
 
 
 class RunPath(Message):

@@ -66,6 +66,14 @@ def test_2d_first_for_all_confounds_and_is_said() -> None:
     assert "cannot be told from the view" in learning(data, TIME).reading
 
 
+def test_two_people_are_too_few_and_that_is_what_is_said() -> None:
+    data = _data(simulated(Plan(participants=2, trials=1), Effects(), np.random.default_rng(5)))
+    model = mixed_model(data, TIME)
+    assert not model.view_alone
+    assert "too few participants" in model.reading
+    assert "same order" not in model.reading
+
+
 def test_balanced_data_give_the_textbooks_answers() -> None:
     data = _data(simulated(Plan(participants=8), Effects(), np.random.default_rng(4)))
     model, person = mixed_model(data, TIME), cross_over(data, TIME, reference="2d", subject="3d")

@@ -1,11 +1,12 @@
 """Paths of trials out of a recording: the trial's own part, a pause and unseen stretches as gaps."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from cathxr.app.study_paths import trial_paths
+from cathxr.app.study_paths import trial_path
 from cathxr.core import DataError
 from cathxr.core.trials import Outcome, TrialRecord
 from cathxr.storage.rig_file import example_rig
@@ -36,8 +37,8 @@ def test_a_path_is_the_trials_own_and_keeps_its_gaps(tmp_path: Path) -> None:
     for event in events:
         writer.write_event(event)
     writer.close()
-    assert trial_paths(tmp_path / "s", []) == []
-    (path,) = trial_paths(tmp_path / "s", [RECORD])
+    path = trial_path(tmp_path / "s", RECORD)
+    assert path is not None
     assert (path.trial, path.condition) == ("T-1", "3d")
     assert path.targets_box.tolist() == [[45.0, 0.0, 0.0]]
     runs = path.runs()
@@ -46,4 +47,6 @@ def test_a_path_is_the_trials_own_and_keeps_its_gaps(tmp_path: Path) -> None:
     for run in runs:
         assert np.diff(run[:, 0]).max() < 1.0  # no line over the unseen stretch, nor over the pause
     with pytest.raises(DataError):
-        trial_paths(tmp_path / "absent", [RECORD])
+        trial_path(tmp_path / "absent", RECORD)
+    with pytest.raises(DataError):
+        trial_path(tmp_path / "s", replace(RECORD, id="T-2"))

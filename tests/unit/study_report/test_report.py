@@ -19,7 +19,14 @@ from cathxr.study.report.html import html
 from cathxr.study.report.pdf import pdf
 from cathxr.study.simulate import EVERYBODY_2D_FIRST, Effects, Plan, simulated
 
-MADE = Made("2026-01-09T10:00:00Z", "0.0", (("statsmodels", "0"),), question="Is 3D faster?", simulated=True)
+SIMULATED = "These data are simulated: no person took part."
+MADE = Made(
+    "2026-01-09T10:00:00Z",
+    "0.0",
+    (("statsmodels", "0"),),
+    question="Is 3D faster?",
+    simulated=SIMULATED,
+)
 CONDITIONS = (Condition("2d", "2D view"), Condition("3d", "3D <view>"))
 
 
@@ -120,7 +127,7 @@ def test_one_order_for_all_warns_and_does_not_claim() -> None:
 @pytest.mark.parametrize("people", [0, 1, 2])
 def test_a_study_that_has_hardly_begun_has_a_report(people: int) -> None:
     data = _data(Plan(participants=people, trials=1))
-    document = report(analyse(data), replace(MADE, simulated=False))
+    document = report(analyse(data), replace(MADE, simulated=""))
     assert html(document)
     assert pdf(document).startswith(b"%PDF-")
 

@@ -37,7 +37,11 @@ def line(program: "subprocess.Popen[str]") -> str:
 def killed(program: "subprocess.Popen[str]") -> list[str]:
     """Kill a program as nothing can be caught, and return what it had still said."""
     program.kill()
-    rest, _ = program.communicate(timeout=60)
+    # by the same stream as before: `communicate` would pass over the lines that it has read ahead
+    assert program.stdout is not None
+    rest = program.stdout.read()
+    program.stdout.close()
+    program.wait(timeout=60)
     return rest.split("\n")[:-1]
 
 

@@ -1,8 +1,10 @@
 """Rows of the store's tables from the nouns of a study, and back. Numbers keep every bit."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
+
+from pydantic_core import from_json
 
 from cathxr.core.trials import Answer, Draw, Outcome, Participant, TargetResult, TrialRecord, TrialStart
 
@@ -10,6 +12,10 @@ _SHARED = (
     "id", "participant", "task", "condition", "number", "period", "began", "practice", "session", "box", "software",
     "task_sha256",
 )  # fmt: skip
+TRIAL_COLUMNS = (*_SHARED, "outcome", "active_s", "unseen_share", "invalid", "measures", "targets")
+"""What `trials_of` takes, in this order."""
+ANSWER_COLUMNS = ("participant", "survey", "item", "occasion", "answered", "value", "words")
+"""What `answers_of` takes, in this order."""
 
 
 def participant_row(participant: Participant) -> dict[str, Any]:
@@ -53,15 +59,18 @@ def trial_row(trial: TrialRecord) -> dict[str, Any]:
     }
 
 
-def trial_of(row: Any) -> TrialRecord:
-    """Return the trial of a row of the table's columns, by name."""
-    return TrialRecord(
-        id=row.id, participant=row.participant, task=row.task, condition=row.condition, number=row.number,
-        period=row.period, began=row.began, outcome=Outcome(row.outcome), active_s=row.active_s,
-        targets=tuple(TargetResult(*each) for each in json.loads(row.targets)), measures=json.loads(row.measures),
-        unseen_share=row.unseen_share, practice=row.practice, invalid=row.invalid, session=row.session, box=row.box,
-        software=row.software, task_sha256=row.task_sha256,
-    )  # fmt: skip
+def trials_of(found: Iterable[Sequence[Any]]) -> Iterator[TrialRecord]:
+    """Yield the trials of rows of `TRIAL_COLUMNS`. Many thousands are read at once, so that this is kept short."""
+    ended = {each.value: each for each in Outcome}
+    for (
+        identifier, participant, task, condition, number, period, began, practice, session, box, software, task_sha256,
+        outcome, active_s, unseen_share, invalid, measures, targets,
+    ) in found:  # fmt: skip
+        yield TrialRecord(
+            identifier, participant, task, condition, number, period, began, ended[outcome], active_s,
+            tuple([TargetResult(*each) for each in from_json(targets)]), from_json(measures), unseen_share,
+            bool(practice), invalid, session, box, software, task_sha256,
+        )  # fmt: skip
 
 
 def answer_row(answer: Answer) -> dict[str, Any]:
@@ -72,8 +81,7 @@ def answer_row(answer: Answer) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def answer_of(row: Mapping[Any, Any]) -> Answer:
-    """Return the answer of a row."""
-    return Answer(
-        row["participant"], row["survey"], row["item"], row["occasion"], row["answered"], row["value"], row["words"]
-    )
+def answers_of(found: Iterable[Sequence[Any]]) -> Iterator[Answer]:
+    """Yield the answers of rows of `ANSWER_COLUMNS`."""
+    for participant, survey, item, occasion, answered, value, words in found:
+        yield Answer(participant, survey, item, occasion, answered, value, words)

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from sqlalchemy import Connection, Engine, Table, and_, func, insert, select, update
+from sqlalchemy import Connection, Engine, Select, Table, and_, func, insert, select, update
 
 from cathxr.core import ConfigError, DataError
 from cathxr.core.trials import Answer, Draw, Outcome, Participant, TrialRecord, TrialStart
@@ -16,6 +16,7 @@ from cathxr.storage.study_store.engine import reading, shown, store_url, writing
 from cathxr.storage.study_store.nouns import Deleted, LogEntry, StoredDesign
 from cathxr.storage.study_store.opening import check_study, created, opened
 from cathxr.storage.study_store.schema import ANSWER, DESIGN, DRAW, LOG, PARTICIPANT, STUDY, TRIAL, TRIAL_START
+from cathxr.storage.study_store.uncollected import uncollected
 
 _MAY_DIFFER = {"design": None, "invalid": ""}
 """What a trial that is recorded again may differ in from the one that is there."""
@@ -101,11 +102,11 @@ class StudyStore:
 
     def trials(self, *, participant: str | None = None) -> tuple[TrialRecord, ...]:
         """Return the trials that have ended, of one participant or all, by when they began."""
-        chosen = select(TRIAL).where(TRIAL.c.study == self.study).order_by(TRIAL.c.began, TRIAL.c.id)
+        chosen = self._columns(TRIAL, rows.TRIAL_COLUMNS).order_by(TRIAL.c.began, TRIAL.c.id)
         if participant is not None:
             chosen = chosen.where(TRIAL.c.participant == participant)
-        with reading(self._engine) as connection:
-            return tuple(map(rows.trial_of, connection.execute(chosen)))
+        with reading(self._engine) as connection, uncollected():
+            return tuple(rows.trials_of(connection.execute(chosen)))
 
     def unfinished(self) -> tuple[TrialStart, ...]:
         """Return the trials that began and of which no end is stored: running now, or cut off."""
@@ -113,7 +114,10 @@ class StudyStore:
 
     def answers(self) -> tuple[Answer, ...]:
         """Return the answers, by participant, survey, occasion and item."""
-        return tuple(map(rows.answer_of, self._all(ANSWER, "participant", "survey", "occasion", "item")))
+        order = (ANSWER.c[each] for each in ("participant", "survey", "occasion", "item"))
+        chosen = self._columns(ANSWER, rows.ANSWER_COLUMNS).order_by(*order)
+        with reading(self._engine) as connection, uncollected():
+            return tuple(rows.answers_of(connection.execute(chosen)))
 
     def log(self) -> tuple[LogEntry, ...]:
         """Return what was done, oldest first."""
@@ -166,9 +170,8 @@ class StudyStore:
             found = connection.execute(select(DRAW).where(mine)).mappings().first()
             if found is not None:
                 if found["group"] != group:
-                    raise DataError(
-                        f"{code} was drawn in group {found['group']!r}, not {group!r}: nothing was changed."
-                    )
+                    was = found["group"]
+                    raise DataError(f"{code} was drawn in group {was!r}, not {group!r}: nothing was changed.")
                 return rows.draw_of(found)
             stratum = and_(DRAW.c.study == self.study, DRAW.c.group == group)
             number = 1 + (connection.execute(select(func.max(DRAW.c.number)).where(stratum)).scalar() or 0)
@@ -323,12 +326,8 @@ class StudyStore:
         with self._writing() as connection:
             self._check_enrolled(connection, code)
             gone = deletion.delete_rows(connection, self.study, code)
-            self._note(
-                connection,
-                at,
-                "participant deleted",
-                detail=f"{gone.trials} trials and {gone.answers} answers went along",
-            )
+            told = f"{gone.trials} trials and {gone.answers} answers went along"
+            self._note(connection, at, "participant deleted", detail=told)
             return gone
 
     def deletion_of(self, code: str) -> Deleted:
@@ -347,12 +346,15 @@ class StudyStore:
         with reading(self._engine) as connection:
             return list(connection.execute(chosen).mappings())
 
+    def _columns(self, table: Table, names: Iterable[str]) -> Select[Any]:
+        """Return the query for some columns of this study's rows, in the order of `names`."""
+        return select(*(table.c[each] for each in names)).where(table.c.study == self.study)
+
     def _designs(self, connection: Connection) -> tuple[StoredDesign, ...]:
         chosen = select(DESIGN).where(DESIGN.c.study == self.study).order_by(DESIGN.c.version)
         keys = ("version", "text", "sha256", "reason", "adopted")
-        return tuple(
-            StoredDesign(**{key: row[key] for key in keys}) for row in connection.execute(chosen).mappings()
-        )  # fmt: skip
+        found = connection.execute(chosen).mappings()
+        return tuple(StoredDesign(**{key: row[key] for key in keys}) for row in found)
 
     def _design_number(self, connection: Connection) -> int:
         newest = select(func.max(DESIGN.c.version)).where(DESIGN.c.study == self.study)

@@ -61,18 +61,25 @@ TIME = Measure("t", "Completion time", "s", "lower", log=True)
 
 @dataclass(frozen=True)
 class SurveyItem:
-    """One item of a survey. words: the question; low, high: the ends of its scale, None where it asks for text."""
+    """One item of a survey. words: the question; low, high: the ends of its scale, None where it asks for text.
+
+    title: the survey's name; "" where only its key is known.
+    """
 
     survey: str
     item: str
     words: str
     low: float | None = None
     high: float | None = None
+    title: str = ""
 
 
 @dataclass(frozen=True)
 class SurveyScore:
-    """One participant's score of a whole survey, such as SUS. unit: what it is out of; better: which way is better."""
+    """One participant's score of a whole survey, such as SUS.
+
+    unit: what it is out of; better: which way is better; ends: the least and greatest that there can be.
+    """
 
     survey: str
     scale: str
@@ -81,6 +88,7 @@ class SurveyScore:
     value: float
     unit: str = ""
     better: Literal["lower", "higher", "neither"] = "neither"
+    ends: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

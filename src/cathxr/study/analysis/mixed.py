@@ -25,7 +25,7 @@ class Term:
 
 @dataclass(frozen=True)
 class MixedModel:
-    """The fitted model. view_alone: False where the view cannot be told from period and practice; it then holds both.
+    """The fitted model. doubt: why the view cannot be told from period and practice here, and then holds both; "" else.
 
     sd_participant, sd_residual: on the measure's scale. censored: how many of the trials the time limit cut; they are
     in the model with the limit as their time. remarks: what a reader must know; why: why there is no model, then no
@@ -40,13 +40,18 @@ class MixedModel:
     trials: int
     censored: int
     missing: int
-    view_alone: bool
+    doubt: str
     remarks: tuple[str, ...]
     why: str = ""
 
     def of_kind(self, kind: str) -> tuple[Term, ...]:
         """Return the terms of a kind, such as "view"."""
         return tuple(each for each in self.terms if each.column.kind == kind)
+
+    @property
+    def view_alone(self) -> bool:
+        """Whether the view's terms are the view's alone."""
+        return not self.doubt
 
     @property
     def view(self) -> Term | None:
@@ -59,13 +64,18 @@ class MixedModel:
         """The model's main result in plain words."""
         if self.why:
             return self.why
-        return " ".join(each.reading for each in self.of_kind("view")) + ("" if self.view_alone else f" {CONFOUNDED}")
+        return " ".join(each.reading for each in self.of_kind("view")) + (f" {self.doubt}" if self.doubt else "")
 
 
 CONFOUNDED = (
     "This difference is not the view's alone: everybody had the views in the same order, or nobody has had both. So "
     "what looks like the view may be practice, tiredness, or other people. No statistics can separate them afterwards; "
     "half of the participants must begin with the other view."
+)
+"""The design's fault."""
+TOO_FEW = (
+    "This difference may be practice as well as the view: there are too few participants or trials here to tell them "
+    "apart."
 )
 
 
@@ -88,7 +98,7 @@ def model_of(observed: Observations, data: StudyData) -> MixedModel:
     }
 
     def without_model(why: str) -> MixedModel:
-        return MixedModel(measure, (), 0.0, 0.0, **common, view_alone=False, remarks=(), why=why)
+        return MixedModel(measure, (), 0.0, 0.0, **common, doubt=TOO_FEW, remarks=(), why=why)
 
     if len(set(groups)) < 2 or len({each.condition for each in observed.trials}) < 2:
         return without_model(f"{measure.name}: needs at least two participants and two views with data.")
@@ -121,7 +131,7 @@ def model_of(observed: Observations, data: StudyData) -> MixedModel:
             f"{observed.missing} counted trials have no value of {in_sentence(measure.name)} and are not in it."
         )
     level = 1.0 - data.alpha
-    alone = design_matrix(observed, data).view_alone and "period" not in left_out
+    doubt = CONFOUNDED if not design_matrix(observed, data).view_alone else TOO_FEW if "period" in left_out else ""
     terms = []
     reference = next(each.name for each in data.conditions if any(t.condition == each.key for t in observed.trials))
     for at, column in enumerate(columns.columns, start=1):
@@ -132,11 +142,11 @@ def model_of(observed: Observations, data: StudyData) -> MixedModel:
                 effect,
                 p,
                 float(fit.dof[at]),
-                _reading(column, effect, p, measure, reference=reference, alone=alone),
+                _reading(column, effect, p, measure, reference=reference, alone=not doubt),
             )
         )
     return MixedModel(
-        measure, tuple(terms), fit.sd_participant, fit.sd_residual, **common, view_alone=alone, remarks=tuple(remarks)
+        measure, tuple(terms), fit.sd_participant, fit.sd_residual, **common, doubt=doubt, remarks=tuple(remarks)
     )
 
 

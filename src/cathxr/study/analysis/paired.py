@@ -68,8 +68,9 @@ def differences_of(observed: Observations, *, reference: str, subject: str) -> D
 def wilcoxon(d: FloatArray) -> ExactTest | None:
     """Return the two-sided Wilcoxon signed-rank test of d (n,); None where no difference is other than 0.
 
-    Zeros are dropped (Wilcoxon 1945) and ties get mid-ranks. Exact by enumeration of all signs up to 16 participants,
-    then by SciPy's exact distribution where there are no ties, else by its normal approximation, which is then said.
+    Zeros are dropped (Wilcoxon 1945) and ties get mid-ranks. Exact: by SciPy's distribution over all signs where there
+    are no ties, by enumeration of all signs where there are, up to 16 participants; beyond, ties are left to the normal
+    approximation, which is then said.
     """
     moved = d[d != 0.0]
     n = len(moved)
@@ -78,10 +79,10 @@ def wilcoxon(d: FloatArray) -> ExactTest | None:
     if n == 1:  # both signs are equally far from the middle
         return ExactTest("Wilcoxon signed-rank", 0.0, 1.0, 1, True, smallest_p(1))
     tied = len(np.unique(np.abs(moved))) < n
-    if n <= ENUMERATED:
-        result = stats.wilcoxon(moved, method=stats.PermutationMethod(n_resamples=2**n, batch=2**12))
-    else:
-        result = stats.wilcoxon(moved, method="approx" if tied else "exact")
+    method: object = "exact"
+    if tied:
+        method = stats.PermutationMethod(n_resamples=2**n, batch=2**12) if n <= ENUMERATED else "approx"
+    result = stats.wilcoxon(moved, method=method)
     exact = n <= ENUMERATED or not tied
     return ExactTest("Wilcoxon signed-rank", float(result.statistic), float(result.pvalue), n, exact, smallest_p(n))
 

@@ -32,7 +32,7 @@ class Row:
 
 @dataclass(frozen=True)
 class ScoreRow:
-    """A scale's scores on one occasion. interval of the mean: Student's, None for one answer."""
+    """A scale's scores on one occasion. interval of the mean: Student's, within the scale; None for one answer."""
 
     survey: str
     scale: str
@@ -64,17 +64,16 @@ def survey_rows(answers: tuple[Answer, ...], items: tuple[SurveyItem, ...]) -> t
     for answer in answers:
         known.setdefault((answer.survey, answer.item), SurveyItem(answer.survey, answer.item, answer.item))
     occasions = sorted(dict.fromkeys(each.occasion for each in answers), key=_when)
-    rows = []
-    for key, item in known.items():
-        for occasion in occasions:
-            ratings = sorted(
-                (each.participant, float(each.value))
-                for each in answers
-                if (each.survey, each.item) == key and each.occasion == occasion and each.value is not None
-            )
-            if ratings:
-                rows.append(_row(item, occasion, tuple(ratings)))
-    return tuple(rows)
+    given: dict[tuple[str, str, str], list[tuple[str, float]]] = {}
+    for each in answers:
+        if each.value is not None:
+            given.setdefault((each.survey, each.item, each.occasion), []).append((each.participant, float(each.value)))
+    return tuple(
+        _row(item, occasion, tuple(sorted(given[*key, occasion])))
+        for key, item in known.items()
+        for occasion in occasions
+        if (*key, occasion) in given
+    )
 
 
 def _when(occasion: str) -> tuple[int, str]:
@@ -108,6 +107,9 @@ def score_rows(scores: tuple[SurveyScore, ...], *, level: float = 0.95) -> tuple
         sd = float(values.std(ddof=1)) if n > 1 else None
         reach = float(stats.t.ppf(0.5 + level / 2.0, n - 1)) * sd / np.sqrt(n) if sd is not None else None
         interval = None if reach is None else (mean - reach, mean + reach)
+        ends = found[0].ends
+        if interval is not None and ends is not None:
+            interval = max(interval[0], ends[0]), min(interval[1], ends[1])
         rows.append(ScoreRow(survey, scale, occasion, n, mean, sd, interval, found[0].unit))
     return tuple(rows)
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cathxr.study.analysis.analyse import Analysis
+from cathxr.study.analysis.mixed import CONFOUNDED
 from cathxr.study.report.document import Block, Bullets, Document, Heading, Paragraph
 from cathxr.study.report.figures_paths import TrialPath
 from cathxr.study.report.section_methods import methods
@@ -18,6 +19,7 @@ class Made:
     """Where the report comes from. when: UTC, ISO 8601; software: version; libraries: name and version of each.
 
     store: where the data were read from, without a password; question: the study's, as its design states it.
+    simulated: in what way the data are, as a sentence.
     """
 
     when: str
@@ -25,7 +27,7 @@ class Made:
     libraries: tuple[tuple[str, str], ...] = ()
     store: str = ""
     question: str = ""
-    simulated: bool = False
+    simulated: str = ""
 
 
 def report(analysis: Analysis, made: Made, trial_paths: Sequence[TrialPath] = ()) -> Document:
@@ -42,7 +44,7 @@ def report(analysis: Analysis, made: Made, trial_paths: Sequence[TrialPath] = ()
         facts.append(("Data", made.store))
     blocks: list[Block] = []
     if made.simulated:
-        blocks.append(Paragraph("These data are simulated: no person took part.", "warning"))
+        blocks.append(Paragraph(made.simulated, "warning"))
     blocks += [
         *_summary(analysis),
         *people(analysis),
@@ -72,7 +74,7 @@ def _summary(analysis: Analysis) -> list[Block]:
     if analysis.censoring.censored:
         told.append(analysis.censoring.reading)
     better = [each for each in analysis.outcomes[1:] if each.holm_p and min(each.holm_p) <= analysis.data.alpha]
-    if len(analysis.outcomes) > 1:
+    if len(analysis.outcomes) > 1 and model.view_alone:
         names = ", ".join(each.measure.name for each in better) or "none"
         told.append(
             f"Of {len(analysis.outcomes) - 1} secondary outcomes, these differ between views after correction for "
@@ -80,10 +82,11 @@ def _summary(analysis: Analysis) -> list[Block]:
         )
     blocks: list[Block] = [Heading("In plain words"), Bullets(tuple(each for each in told if each))]
     if not model.view_alone and model.view is not None:
+        why = "everybody had the views in the same order" if model.doubt == CONFOUNDED else "it is too small"
         blocks.append(
             Paragraph(
-                "The view cannot be told from practice in this study: everybody had the views in the same order. Do "
-                "not report its difference as the effect of the view.",
+                f"The view cannot be told from practice in this study: {why}. Do not report its difference as the "
+                "effect of the view.",
                 "warning",
             )
         )

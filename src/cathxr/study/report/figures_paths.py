@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Canvas
+from matplotlib.ticker import MaxNLocator
 
 from cathxr.core.arrays import FloatArray
 from cathxr.study.analysis.analyse import Analysis
@@ -15,6 +16,9 @@ from cathxr.study.report.drawing import INK, LINE, colour_of, drawn
 _PLANES = (("seen from above", 0, 1), ("seen from the front", 0, 2), ("seen from the inlet", 1, 2))
 _AXES = ("x (insertion), mm", "y, mm", "z (up), mm")
 _MOST_POINTS = 400
+_WIDTH_MM, _MOST_MM = 170.0, 225.0
+_LABELS_MM = 13.0
+"""What an axis and its title take beside a picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +46,7 @@ class TrialPath:
 
 
 def paths(analysis: Analysis, trial_paths: Sequence[TrialPath]) -> Figure | None:
-    """Return a row of four pictures for each view that has paths; None without any."""
+    """Return a column of four pictures for each view that has paths; None without any."""
     data = analysis.data
     keys = [each.key for each in data.conditions]
     present = [each for each in data.conditions if any(path.condition == each.key for path in trial_paths)]
@@ -55,30 +59,39 @@ def paths(analysis: Analysis, trial_paths: Sequence[TrialPath]) -> Figure | None
     margin = 0.05 * float((high - low).max()) + 1.0
     low, high = low - margin, high + margin
 
+    spans = high - low
+    wide = _WIDTH_MM / len(present) - _LABELS_MM
+    scale = wide / spans[0]  # of paper to box, one for every plane, so that lengths can be compared
+    heights = [scale * spans[1] + _LABELS_MM, scale * spans[2] + _LABELS_MM]
+    space_mm = 0.75 * wide
+
     def draw(canvas: Canvas) -> None:
-        for row, condition in enumerate(present):
+        rows = canvas.add_gridspec(4, len(present), height_ratios=[space_mm, *heights, heights[1]])
+        for column, condition in enumerate(present):
             colour = colour_of(condition.key, keys)
             chosen = [each for each in trial_paths if each.condition == condition.key]
-            space = canvas.add_subplot(len(present), 4, 4 * row + 1, projection="3d")
+            space = canvas.add_subplot(rows[0, column], projection="3d")
             for path in chosen:
                 for run in path.runs():
                     space.plot(run[:, 0], run[:, 1], run[:, 2], color=colour, linewidth=0.5, alpha=0.6)
                 space.scatter(*path.targets_box.T, color=INK, s=6, depthshade=False)
             space.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-            space.set_box_aspect(tuple(high - low))
-            space.tick_params(labelsize=5, pad=-3)
-            space.set_title(f"{condition.name}: {len(chosen)} trials", fontsize=8)
+            space.set_box_aspect(tuple(spans), zoom=1.25)
+            for axis in (space.xaxis, space.yaxis, space.zaxis):
+                axis.set_major_locator(MaxNLocator(4))
+            space.tick_params(labelsize=5.5, pad=-2)
+            space.set_title(f"{condition.name}: {len(chosen)} trials", fontsize=9)
             for at, (title, across, up) in enumerate(_PLANES):
-                axes = canvas.add_subplot(len(present), 4, 4 * row + 2 + at)
+                axes = canvas.add_subplot(rows[1 + at, column])
                 _plane(axes, chosen, across, up, colour)
                 axes.set(xlim=(low[across], high[across]), ylim=(low[up], high[up]), aspect="equal")
-                axes.set_title(title, fontsize=7.5)
+                axes.set_title(title, fontsize=8)
 
     shown = ", ".join(f"{sum(p.condition == c.key for p in trial_paths)} in {c.name}" for c in present)
     return drawn(
         draw,
-        width_mm=170.0,
-        height_mm=14.0 + 48.0 * len(present),
+        width_mm=_WIDTH_MM,
+        height_mm=min(space_mm + sum(heights) + heights[1] + 8.0, _MOST_MM),
         caption=(
             f"Paths of the tip in the box, in 3D and by plane ({shown}); dots: targets. A line ends where the tip was "
             "not tracked and begins again where it was: nothing is drawn between."

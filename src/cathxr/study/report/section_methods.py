@@ -26,9 +26,9 @@ def methods(analysis: Analysis, libraries: Sequence[tuple[str, str]]) -> list[Bl
         "narrow for few participants. Measures that are compared as ratios enter as logarithms.",
         "The mixed model takes a view to help everybody alike. The AB/BA analysis by person does not; where both "
         "disagree, trust the latter.",
-        "Exact tests (SciPy): all patterns of signs are enumerated up to 16 participants, ties and zeros as they are; "
-        "beyond, the text says what was done. The signed-rank and permutation tests do not take the period out; the "
-        "rank-sum test of period differences does.",
+        "Exact tests (SciPy) go over all patterns of signs: with ties up to 16 participants, without always; where "
+        "they are approximations, the text says so. Zeros are dropped. The signed-rank and permutation tests do not "
+        "take the period out; the rank-sum test of period differences does.",
         "Targets not reached: trials cut by the limit stay in the analysis. Cox's model is stratified by participant "
         "(statsmodels PHReg, Efron's ties); it does not take account of chance between people's views.",
         f"Intervals are {percent(1.0 - data.alpha)} ones, tests two-sided. The primary outcome is tested by itself; "

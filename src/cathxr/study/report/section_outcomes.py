@@ -85,8 +85,11 @@ def secondary(analysis: Analysis) -> list[Block]:
     if not analysis.primary.model.view_alone:
         readings = ["View and practice cannot be told apart here, for these outcomes as for the primary one."]
     blocks += [Paragraph(each, "reading") for each in readings]
-    blocks += [Paragraph(f"{r.measure.name}: {remark}", "small") for r in results for remark in r.model.remarks]
-    return blocks
+    remarks: dict[str, list[str]] = {}
+    for result in results:
+        for remark in result.model.remarks:
+            remarks.setdefault(remark, []).append(result.measure.name)
+    return [*blocks, *(Paragraph(f"{', '.join(names)}: {each}", "small") for each, names in remarks.items())]
 
 
 def _described(analysis: Analysis, results: tuple[OutcomeResult, ...], caption: str) -> Table:

@@ -1,5 +1,8 @@
 """Sections on who took part and which trials count, and the list of all trials with where they come from."""
 
+import statistics
+
+from cathxr.core.trials import Outcome
 from cathxr.study.analysis.analyse import Analysis
 from cathxr.study.analysis.data import why_not
 from cathxr.study.report.document import Block, Bullets, Heading, Paragraph, Table
@@ -27,7 +30,7 @@ def people(analysis: Analysis) -> list[Block]:
     if data.changes:
         blocks += [Paragraph("Changes of the design after it was first adopted:"), Bullets(data.changes)]
     if flow.practised:
-        blocks.append(_practice(analysis))
+        blocks += _practice(analysis)
     if flow.unknown:
         blocks.append(
             Paragraph(
@@ -39,27 +42,35 @@ def people(analysis: Analysis) -> list[Block]:
     return blocks
 
 
-def _practice(analysis: Analysis) -> Table:
-    rows = []
+def _practice(analysis: Analysis) -> list[Block]:
+    rows, lasts, times = [], [], []
     for person in analysis.data.participants:
         done = [each for each in analysis.data.trials if each.practice and each.participant == person.code]
         if done:
             last = max(done, key=lambda each: each.began)
+            lasts.append(last.outcome)
+            times.append(sum(each.active_s for each in done))
             rows.append(
                 (
                     person.code,
                     str(len(done)),
-                    f"{sum(each.active_s for each in done):.0f}",
+                    f"{times[-1]:.0f}",
                     last.outcome.value.replace("_", " "),
                 )
             )
-    return Table(
+    met = sum(each is Outcome.COMPLETED for each in lasts)
+    told = (
+        f"Practice was ended by its criterion in {met} of {len(lasts)} participants; it took them "
+        f"{min(times):.0f} to {max(times):.0f} s (median {statistics.median(times):.0f} s)."
+    )
+    table = Table(
         "Familiarisation before the data: its length and how it ended, by participant.",
         ("participant", "practice trials", "active time, s", "ended"),
         tuple(rows[:_MOST_LISTED]),
         numbers=(1, 2),
         widths=(1.2, 1.0, 1.0, 1.6),
     )
+    return [Paragraph(told, "reading"), table] if rows else []
 
 
 def trial_list(analysis: Analysis) -> list[Block]:
@@ -75,6 +86,8 @@ def trial_list(analysis: Analysis) -> list[Block]:
         )
         return blocks
     name_of = analysis.data.name_of
+    software = sorted({each.software for each in trials})
+    one = len(software) == 1
     rows = tuple(
         (
             each.participant,
@@ -86,7 +99,7 @@ def trial_list(analysis: Analysis) -> list[Block]:
             f"{100.0 * each.unseen_share:.0f}",
             why_not(each) or each.outcome.value.replace("_", " "),
             each.session or "–",
-            each.software or "–",
+            *([] if one else [each.software or "–"]),
         )
         for each in trials
     )
@@ -100,15 +113,16 @@ def trial_list(analysis: Analysis) -> list[Block]:
         "unseen, %",
         "counts as",
         "recording",
-        "software",
+        *([] if one else ["software"]),
     )
     blocks.append(
         Table(
-            "All trials in the order of their start. unseen: share of the active time without a tracked pose.",
+            "All trials in the order of their start. unseen: share of the active time without a tracked pose."
+            + (f" Software: cathxr {software[0]}." if one and software[0] else ""),
             head,
             rows,
             numbers=(3, 4, 5, 6),
-            widths=(1.25, 1.2, 0.9, 0.5, 0.8, 0.9, 0.9, 1.6, 1.5, 1.1),
+            widths=(1.25, 1.0, 0.95, 0.5, 0.8, 0.9, 0.9, 1.5, *((2.4,) if one else (1.5, 1.1))),
         )
     )
     return blocks

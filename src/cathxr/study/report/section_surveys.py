@@ -24,12 +24,13 @@ def surveys(analysis: Analysis) -> list[Block]:
     scored = {each.survey for each in analysis.scores}
     for survey in dict.fromkeys(row.item.survey for row in analysis.survey):
         rows = tuple(row for row in analysis.survey if row.item.survey == survey)
+        title = next((row.item.title for row in rows if row.item.title), survey)
         if survey in scored:
-            blocks.append(_by_occasion(rows, survey, analysis.data))
+            blocks.append(_by_occasion(rows, title, analysis.data))
             continue
         for occasion in dict.fromkeys(row.occasion for row in rows):
             asked = tuple(row for row in rows if row.occasion == occasion)
-            name = f"Survey “{survey}”, asked {analysis.data.occasion_of(occasion)}"
+            name = f"{title}, asked {analysis.data.occasion_of(occasion)}"
             blocks += [_table(asked, name, paper=survey == _PAPER), ratings(asked, name)]
     if any(row.item.survey == _PAPER for row in analysis.survey):
         blocks.append(Paragraph(PAPER_REMARK, "small"))
@@ -61,7 +62,7 @@ def _compared(analysis: Analysis) -> list[Block]:
     return [table, *(Paragraph(each.reading, "reading") for each in analysis.score_comparisons)]
 
 
-def _by_occasion(rows: tuple[Row, ...], survey: str, data: StudyData) -> Table:
+def _by_occasion(rows: tuple[Row, ...], title: str, data: StudyData) -> Table:
     """Return one row a question and one column an occasion: of a scale whose score counts, not its single questions."""
     occasions = list(dict.fromkeys(row.occasion for row in rows))
     by_place = {(row.item.item, row.occasion): row for row in rows}
@@ -70,7 +71,7 @@ def _by_occasion(rows: tuple[Row, ...], survey: str, data: StudyData) -> Table:
         found = [by_place.get((item.item, occasion)) for occasion in occasions]
         shown.append((item.words, *(_mean(each) + f" ({each.n})" if each else "–" for each in found)))
     return Table(
-        f"Questions of “{survey}”: mean ± SD of the sample (number of answers).",
+        f"{title}, by question: mean ± SD of the sample (number of answers).",
         ("question", *(data.occasion_of(each) for each in occasions)),
         tuple(shown),
         numbers=tuple(range(1, len(occasions) + 1)),
@@ -111,7 +112,7 @@ def _table(rows: tuple[Row, ...], name: str, *, paper: bool) -> Table:
 def _scores(analysis: Analysis) -> Table:
     rows = tuple(
         (
-            f"{each.survey}: {each.scale}",
+            each.scale if each.survey.upper() in each.scale.upper() else f"{each.survey.upper()}: {each.scale}",
             analysis.data.occasion_of(each.occasion),
             str(each.n),
             number(each.mean) + (f" ± {number(each.sd)}" if each.sd is not None else ""),
@@ -125,6 +126,6 @@ def _scores(analysis: Analysis) -> Table:
         ("scale", "asked", "n", "mean ± SD", f"{percent(1.0 - analysis.data.alpha)} interval", "range of the scale"),
         rows,
         numbers=(2, 3, 4),
-        note="A participant who left an item of a scale out has no score of it.",
+        note="A participant who left an item of a scale out has no score of it. Intervals end where the scale does.",
         widths=(2.4, 1.2, 0.5, 1.4, 1.5, 1.5),
     )

@@ -21,6 +21,9 @@ _COMMANDS = {
     "calibrate": ("calibrate_command", "calibrate", "Measure the rig: lenses, poses, timing; check what was measured."),
     "heart": ("heart_command", "heart", "Build a heart from a CT: look, build, correct."),
     "register": ("register_command", "register", "Find where the box lies in the heart, and how well."),
+    "study": ("study_command", "study", "Run a study: design, allocation, surveys, board, report."),
+    "tasks": ("tasks_command", "tasks", "List, show and check training tasks."),
+    "score": ("score_command", "score", "Measure a recorded trial, or a task on any recording."),
     "doctor": ("doctor_command", "doctor", "Check what is connected and set up: encoder."),
     "bench": ("bench_command", "bench", "Measure speed, latency, load and accuracy on this machine."),
 }

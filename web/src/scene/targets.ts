@@ -73,6 +73,7 @@ export class Targets implements Feature, LabelMaker {
     const refresh = (): void => void (this.dirty = true);
     stage.store.listen(refresh);
     stage.targets.listen(refresh);
+    stage.training.listen(refresh);
     stage.view.renderer.domElement.addEventListener("dblclick", (event) => this.placeAt(event));
     for (const kind of ["pointerdown", "keydown"]) addEventListener(kind, () => this.wake(), { passive: true });
   }
@@ -87,7 +88,7 @@ export class Targets implements Feature, LabelMaker {
     const changed = this.dirty && this.rebuild();
     this.dirty = false;
     const { store, targets, tip, readout } = this.stage;
-    const target = store.value.targets ? targets.active : null;
+    const target = this.shown ? targets.active : null;
     const { track } = frame;
     const known = target !== null && tip.valid && track !== null && !track.stale;
     this.ball.visible = target !== null;
@@ -109,6 +110,12 @@ export class Targets implements Feature, LabelMaker {
     return this.paint(frame) || changed;
   }
 
+  /** Whether these targets are to be seen: not beside those of a trial, nor of a run that is shown again. */
+  private get shown(): boolean {
+    const { store, training, replay } = this.stage;
+    return store.value.targets && !training.atHand && !replay.shown;
+  }
+
   /** Begins the watch over the present target anew: it counts as not reached. */
   restart(): void {
     this.watch.restart();
@@ -122,7 +129,7 @@ export class Targets implements Feature, LabelMaker {
   /** Places a target where a double click meets the heart. */
   private placeAt({ offsetX, offsetY }: MouseEvent): void {
     const { store, view, heart, targets } = this.stage;
-    if (!store.value.targets || store.locked("targets") || view.immersive) return;
+    if (!this.shown || store.locked("targets") || view.immersive) return;
     const { clientWidth, clientHeight } = view.renderer.domElement;
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2((2 * offsetX) / clientWidth - 1, 1 - (2 * offsetY) / clientHeight), view.camera);
@@ -163,7 +170,8 @@ export class Targets implements Feature, LabelMaker {
   /** Makes balls and labels anew where that is needed; returns whether it was. */
   private rebuild(): boolean {
     const { store, targets, view } = this.stage;
-    const { targets: reaching, landmarks } = store.value;
+    const { landmarks } = store.value;
+    const reaching = this.shown;
     const active = reaching ? targets.active : null;
     const key = `${reaching} ${landmarks} ${targets.version}`;
     if (key === this.builtFrom) return false;

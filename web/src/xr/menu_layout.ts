@@ -5,7 +5,7 @@ import { contains } from "./canvas_plate";
 import type { Row, Tab } from "./menu_model";
 import { ROWS_SHOWN, TABS } from "./menu_model";
 
-export const WIDTH = 500;
+export const WIDTH = 570;
 const BAR = 46;
 const TAB = 44;
 const ROW = 42;

@@ -8,7 +8,7 @@ from cathxr.core import FloatArray, PixelArray
 from cathxr.geometry import CameraModel
 from cathxr.storage.rig_file import example_rig
 from cathxr.vision.near_end import end_near
-from cathxr.vision.near_expected import expect, offset_from, spread
+from cathxr.vision.near_expected import ALONE, expect, offset_from, spread
 from cathxr.vision.near_kernels import rough_near, section_near
 from cathxr.vision.near_work import near_work
 from cathxr.vision.profiles import edge, sample
@@ -135,7 +135,7 @@ def test_what_is_expected_is_the_projected_curve() -> None:
     size = (float(model.size_px[0]), float(model.size_px[1]))
     count, tip_u, tip_v, alone = expect(50, 1.5, 1.1, model.numbers, size, work)
     np.testing.assert_allclose([tip_u, tip_v], model.project(shape[0]), atol=1e-9)
-    assert alone
+    assert alone == ALONE
     assert count in (50, 49)
     # from the rounded end's centre on: one radius behind the tip, between the second and the third point or so
     assert np.linalg.norm(work.line[0] - shape[0]) == pytest.approx(1.5, abs=0.01)

@@ -83,6 +83,9 @@ class Detection:
     tip_sigma_px: standard deviation of tip_px along the midline.
     end_px (M, 2), end_sigma_px (M,): points of the silhouette's outline around its end, with their standard deviation
     across it; empty where a method does not measure them.
+    rim_px (R, 2), rim_sigma_px (R,): the whole silhouette's outline likewise, where the whole picture was read: closed
+    rings one after the other, each ending with its first point again. A point that only closes a ring, at the inlet,
+    has a sigma of 1000 px. A rim may be there without a curve.
     reason: None when found, else why not, as a short phrase ("no catheter", "black picture", ...).
     repeats: how many pictures before this one from the same camera were the same to the last bit.
     predicted: whether only pixels near the curve that the last Tracks predict were read.
@@ -99,6 +102,8 @@ class Detection:
     tip_sigma_px: float | None = None
     end_px: FloatArray = field(default_factory=_none_px)
     end_sigma_px: FloatArray = field(default_factory=_none)
+    rim_px: FloatArray = field(default_factory=_none_px)
+    rim_sigma_px: FloatArray = field(default_factory=_none)
     reason: str | None = None
     repeats: int = 0
     predicted: bool = False
@@ -111,6 +116,8 @@ class Detection:
             ("half_width_px", (None,)),
             ("end_px", (None, 2)),
             ("end_sigma_px", (None,)),
+            ("rim_px", (None, 2)),
+            ("rim_sigma_px", (None,)),
         ):
             object.__setattr__(self, name, checked(name, getattr(self, name), shape))
         count = len(self.curve_px)
@@ -118,11 +125,14 @@ class Detection:
             raise ValueError(f"Detection: expected {count} normals, sigmas and half widths, one for each point")
         if len(self.end_px) != len(self.end_sigma_px):
             raise ValueError(f"Detection: expected {len(self.end_px)} sigmas of the end's outline, one for each point")
+        if len(self.rim_px) != len(self.rim_sigma_px):
+            raise ValueError(f"Detection: expected {len(self.rim_px)} sigmas of the rim, one for each point")
         if self.tip_px is not None:
             object.__setattr__(self, "tip_px", checked("tip_px", self.tip_px, (2,)))
         if self.tip_sigma_px is not None and not (np.isfinite(self.tip_sigma_px) and self.tip_sigma_px >= 0):
             raise ValueError(f"tip_sigma_px: expected a finite number of at least 0, got {self.tip_sigma_px}")
-        least = min(each.min(initial=0.0) for each in (self.sigma_px, self.half_width_px, self.end_sigma_px))
+        sizes = (self.sigma_px, self.half_width_px, self.end_sigma_px, self.rim_sigma_px)
+        least = min(each.min(initial=0.0) for each in sizes)
         if least < 0:
             raise ValueError("Detection: expected sigmas and half widths of at least 0")
         found = self.reason is None

@@ -149,6 +149,8 @@ def _detection_json(detection: Detection) -> dict[str, Any]:
         "tip_sigma_px": _number(detection.tip_sigma_px),
         "end_px": detection.end_px.tolist(),
         "end_sigma_px": detection.end_sigma_px.tolist(),
+        "rim_px": detection.rim_px.tolist(),
+        "rim_sigma_px": detection.rim_sigma_px.tolist(),
         "reason": detection.reason,
         "repeats": int(detection.repeats),
     }
@@ -168,6 +170,8 @@ def _detection(values: dict[str, Any]) -> Detection:
         tip_sigma_px=values["tip_sigma_px"],
         end_px=_points(values.get("end_px", [])),  # recordings from before have none
         end_sigma_px=np.array(values.get("end_sigma_px", []), dtype=np.float64),
+        rim_px=_points(values.get("rim_px", [])),
+        rim_sigma_px=np.array(values.get("rim_sigma_px", []), dtype=np.float64),
         reason=values["reason"],
         repeats=values["repeats"],
     )

@@ -52,6 +52,8 @@ _DETECTION = _object(
         "tip_sigma_px": _of("number", "standard deviation of tip_px along the midline", may_be_null=True),
         "end_px": _rows(2, "points of the silhouette's outline around its end"),
         "end_sigma_px": _numbers("standard deviation of each point of the outline, across it"),
+        "rim_px": _rows(2, "closed rings of the whole outline, where the whole picture was read"),
+        "rim_sigma_px": _numbers("standard deviation of each point of the rim; 1000 where it only closes a ring"),
         "reason": _of("string", "why nothing was found", may_be_null=True),
         "repeats": _of("integer", "pictures before this one that were the same to the last bit"),
     },

@@ -107,12 +107,18 @@ def guess_of(points: FloatArray, starts_at: FloatArray, work: PairWork) -> Guess
 
 
 def fit_curve(
-    table: FloatArray, work: PairWork, guess: Guess, *, radius_mm: float, without_end: int | None = None
+    table: FloatArray,
+    work: PairWork,
+    guess: Guess,
+    *,
+    radius_mm: float,
+    without_end: int | None = None,
+    rims: bool = False,
 ) -> CurveFit | None:
     """Return the curve fitted to two or more views; None where it runs away.
 
     table: see `camera_table`. work: what the views measured. radius_mm: of the catheter. without_end: a view whose
-    end's outline has no part.
+    end's outline has no part. rims: the outlines are of whole silhouettes.
     """
     arrays, size = work.arrays, guess.spans + DEGREE
     arrays.control[:size] = guess.control
@@ -127,7 +133,7 @@ def fit_curve(
         table,
         entry,
         radius_mm,
-        min(0.5, _NEAR_RADII * radius_mm / guess.length_mm),
+        -1.0 if rims else min(0.5, _NEAR_RADII * radius_mm / guess.length_mm),
         _ITERATIONS,
         -1 if without_end is None else without_end,
         work.points,

@@ -9,6 +9,7 @@ from cathxr.geometry.medians import median_of
 from cathxr.tracking.band import backward, factorise, forward
 from cathxr.tracking.fit_rows import follow, follow_end, seen, set_rows, set_widths, support
 from cathxr.tracking.pair_work import BAND
+from cathxr.tracking.rim_kernels import follow_rim, set_rim_widths
 
 HUBER = 2.5
 MAX_NOISE = 50.0
@@ -17,6 +18,7 @@ _STILL_PX = 0.01
 """No measured point's place on the curve moves by more, px: what is left is the square of it, and below every noise."""
 _WIDTH_ROUNDS = 2
 _SOFT_ROUNDS = 2
+_RIM_ROUNDS = 4
 _REDESCENDING = 4.0
 """After the first rounds, outline points more than this many standard deviations off lose their pull."""
 _NO_PART_PX = 1e4
@@ -32,7 +34,8 @@ def gauss_newton(  # type: ignore[no-untyped-def]
     of the information (3n, 3n) on the control points, point by point. prior (n, 4) of `work`: information on each axis
     of the control points, see `band.factorise`. entry (3, 2): information on the last control point about the origin,
     and on the step to it from the one before about none, for each axis. cameras (V, 21): see `packed`. reach: see
-    `follow_end`. without: a view whose end's outline has no part, -1 for none. points, outline: how many of each count.
+    `follow_end`; negative: the outlines are of whole silhouettes. without: a view whose end's outline has no part, -1
+    for none. points, outline: how many of each count.
     """
     size = spans + 3
     control, right = work.control, work.right
@@ -42,7 +45,12 @@ def gauss_newton(  # type: ignore[no-untyped-def]
         follow(spans, cameras, points, work)
         if round_ < _WIDTH_ROUNDS:
             set_widths(spans, cameras, points, radius, work)
-        follow_end(spans, cameras, outline, reach, work)
+        if reach < 0.0:
+            if _SOFT_ROUNDS <= round_ < _RIM_ROUNDS:
+                set_rim_widths(spans, cameras, points, outline, radius, work)
+            follow_rim(spans, cameras, outline, work)
+        else:
+            follow_end(spans, cameras, outline, reach, work)
         rows, first_end = set_rows(spans, cameras, points, outline, work)
         for i in range(outline):
             if work.end_view[i] == without:

@@ -10,6 +10,9 @@ from cathxr.tracking.pair_work import LEAST_OUTLINE, PairWork
 
 RESOLVED_MM = 0.4
 """A tip less sure than this is not where both pictures show it, but where the curve's smoothness puts it."""
+GUESSED_MM = 1.5
+"""And a tip less sure than this is no use for the next pair either: the shape is a guess."""
+UNRESOLVED = "the tip is not resolved"
 _CORRELATION = 1.1
 """Neighbouring profiles share pixels and blur, so they are not quite independent: a factor on the pictures' part of
 sigma. With it, and no calibration error, error / sigma is about 0.8 on the twin's smooth, noisy and faint scenes."""

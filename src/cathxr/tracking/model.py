@@ -3,6 +3,8 @@
 import math
 from copy import copy
 
+import numpy as np
+
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
 from cathxr.geometry import CameraModel, resampled, tip_pose
 from cathxr.geometry.calibration_error import camera_errors
@@ -11,14 +13,21 @@ from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.centreline import NOT_INSERTED, NOT_SEEN, centreline, curve_room
 from cathxr.tracking.continuity import COAST_SPEED_MM_S, Continuity, missing_reason
 from cathxr.tracking.fit import camera_table
-from cathxr.tracking.judge import RESOLVED_MM
+from cathxr.tracking.judge import GUESSED_MM, RESOLVED_MM, UNRESOLVED
 from cathxr.tracking.pair_work import PairWork
 from cathxr.tracking.prediction import Prediction
+from cathxr.tracking.silhouette import SilhouetteFit
 from cathxr.tracking.skew import SKEW_NS
 from cathxr.tracking.solve import Solution, solved
 
 _PASSING = ("no catheter", "more than one thing looks like a catheter")
 """Reasons of one view that pass: the other says that the catheter is still there."""
+
+_Result = tuple[Solution, FloatArray, float] | str
+"""A fit, its centreline (N, 3) mm, tip first, and the tip's error by timing, mm; or why there is none."""
+
+_ALIKE_MM = 0.3
+"""Two answers to one pair are one if their tips are no farther apart."""
 
 _STAMP_S = 0.2e-3
 """A picture's instant is known to about this: by its stamp, and by which of its rows was open when."""
@@ -43,6 +52,7 @@ class ModelTracker:
         self._continuity = Continuity()
         self._prediction = Prediction()
         self._work = PairWork()
+        self._silhouettes = SilhouetteFit(self._cameras, self._table, radius_mm=self._radius, roi=rig.roi)
         self._curve = curve_room()
 
     def reset(self) -> None:
@@ -68,13 +78,16 @@ class ModelTracker:
         if len(detections) < len(self._names):
             return self._continuity.lost(observation, "no picture from one camera")
         failed = [each for each in detections if each.reason is not None]
-        if failed:
+        result: _Result | None = None if failed else self._solved(observation.t_ns, detections)
+        if any(len(each.rim_px) for each in detections):
+            result = self._with_rims(observation.t_ns, detections, result)
+        if result is None and failed:
             reason = f"{failed[0].reason} ({failed[0].camera})"
             # one view may lose a catheter that touches itself; where neither sees one there is none
             if len(failed) < len(detections) and failed[0].reason in _PASSING:
                 return self._continuity.coasting(observation, reason)
             return self._continuity.lost(observation, reason)
-        result = self._solved(observation.t_ns, detections)
+        assert result is not None
         if isinstance(result, str):
             # both pictures show something: the next pair is looked for where the last good one says
             return self._continuity.coasting(observation, result)
@@ -83,7 +96,7 @@ class ModelTracker:
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
         reason = ""
         if solution.sigma_mm > RESOLVED_MM:
-            reason = "the tip is not resolved in both views"
+            reason = f"{UNRESOLVED} in both views"
         elif solution.doubtful is not None and not self._continuity.near(observation.t_ns, shape[0]):
             reason = f"something may lie at the tip ({solution.doubtful})"
         track = Track(
@@ -97,6 +110,9 @@ class ModelTracker:
             roll_predicted=observation.roll_predicted,
             sigma_mm=math.hypot(solution.sigma_mm, self._calibration.sigma_mm(shape[0]), timing_mm),
         )
+        if solution.sigma_mm > GUESSED_MM:
+            return track
+        self._prediction.learn(observation.t_ns, shape[1:], detections)
         return track if reason else self._continuity.tracked(track)
 
     def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray, float] | str:
@@ -113,13 +129,18 @@ class ModelTracker:
             if not isinstance(better, str):
                 solution = better
                 count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
+        return self._cut(t_ns, detections, solution, count)
+
+    def _cut(
+        self, t_ns: int, detections: list[Detection], solution: Solution, count: int
+    ) -> tuple[Solution, FloatArray, float] | str:
+        """Return a fit with its centreline of `count` points, see `centreline`, and what it is unsure by its motion."""
         if count == NOT_INSERTED:
             return "the catheter is not inserted"
         if count == NOT_SEEN:
             return "the catheter's beginning at the inlet is not seen"
         shape = self._curve[:count]
         timing_mm = self._timing_mm(t_ns, shape[1], max(abs(each.t_ns - t_ns) for each in detections))
-        self._prediction.learn(t_ns, shape[1:], detections)
         return solution, shape, timing_mm
 
     def _fitted(self, t_ns: int, detections: list[Detection], curve: FloatArray | None) -> Solution | str:
@@ -130,6 +151,35 @@ class ModelTracker:
         else:
             predicted = self._prediction.again(t_ns, curve, self._table, detections, self._work)
         return solved(self._cameras, self._table, detections, self._work, radius_mm=self._radius, predicted=predicted)
+
+    def _with_rims(self, t_ns: int, detections: list[Detection], result: _Result | None) -> _Result | None:
+        """Return what the midlines gave, or None, where the whole silhouettes agree; else what those say."""
+        well = good = possible = False
+        if result is not None and not isinstance(result, str):
+            solution = result[0]
+            well, possible = self._silhouettes.explained(solution.fit, detections, self._work.arrays.balls)
+            good = solution.doubtful is None and solution.sigma_mm <= RESOLVED_MM
+            if well and good:
+                return result
+        if any(abs(each.t_ns - t_ns) > SKEW_NS for each in detections):
+            return result
+        expected = self._prediction.expected(t_ns)
+        found = self._silhouettes.found(detections, self._work, expected, search=not (good and possible))
+        if found is not None and well and result is not None and not isinstance(result, str):
+            # both explain all that is seen, and differ: the end is not resolved
+            apart = found.fit.control[0] - result[0].fit.control[0]
+            found = None if float(np.sqrt(apart @ apart)) > _ALIKE_MM else found
+        if found is not None:
+            return self._shaped(t_ns, detections, found)
+        if result is None or isinstance(result, str) or possible:
+            return result
+        return "part of what is seen is not explained"
+
+    def _shaped(
+        self, t_ns: int, detections: list[Detection], solution: Solution
+    ) -> tuple[Solution, FloatArray, float] | str:
+        count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
+        return self._cut(t_ns, detections, solution, count)
 
     def _timing_mm(self, t_ns: int, end_box: FloatArray, skew_ns: int) -> float:
         """Return how unsure the tip is, mm, because it moves: (3,) mm, its rounded end's centre at an instant.

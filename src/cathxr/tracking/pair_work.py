@@ -12,7 +12,17 @@ MOST_CONTROLS = 31
 BAND = 12
 """Twelve unknowns, three of each of four control points, meet in one measurement."""
 SAMPLES = 72
+DISCS = 160
 LINE_POINTS = 100
+
+
+RIM_CUT_PX = 100.0
+"""A rim's point with a larger sigma is no edge: the inlet cuts the silhouette there."""
+
+
+HELD_PX, HELD_SIGMAS = 0.5, 1.5
+"""A part of the tube that the silhouette hides is where it fits in: even where it is tight, to this much. What is free
+is free alike for neighbours, so that each says less."""
 
 
 class FitWork(NamedTuple):
@@ -84,7 +94,7 @@ def fit_work(points: int, outline: int, views: int) -> FitWork:
         gain=np.zeros((3 * MOST_CONTROLS, 3)),
         prior=np.zeros((MOST_CONTROLS, 4)),
         line=np.zeros((LINE_POINTS, 2)),
-        discs=np.zeros((max(SAMPLES, LINE_POINTS), 3)),
+        discs=np.zeros((max(SAMPLES, LINE_POINTS, DISCS), 3)),
         scratch=np.zeros(max(rows, SAMPLES)),
     )
 
@@ -120,8 +130,32 @@ class PairWork:
             room.end[end] = each.end_px
             room.end_sigma[end] = each.end_sigma_px
             room.outlined[view] = len(each.end_px) >= LEAST_OUTLINE
-            assert each.tip_px is not None
-            assert each.tip_sigma_px is not None
+            if each.tip_px is None or each.tip_sigma_px is None:  # a rim alone
+                continue
             ahead = each.tip_px - each.curve_px[0]
             room.along[view] = ahead / max(float(np.sqrt(ahead @ ahead)), 1e-9)
             room.along_sigma[view] = each.tip_sigma_px
+
+
+def rim_only(detection: Detection, held: FloatArray, half_px: float) -> Detection:
+    """Return a view with its silhouette's whole rim as the outline, and as midline what the silhouette holds.
+
+    held (N, 6): see `rim_kernels.held`; half_px: half of the tube's width.
+    """
+    seen = detection.rim_sigma_px < RIM_CUT_PX
+    few = len(held) < 2
+    rows = held[:0] if few else np.vstack([held[:1], held])  # the first is taken for the end, and has no part
+    return Detection(
+        detection.camera,
+        detection.seq,
+        detection.t_ns,
+        curve_px=rows[:, 1:3],
+        normal_px=rows[:, 3:5],
+        sigma_px=HELD_SIGMAS * np.maximum(rows[:, 5], HELD_PX),
+        half_width_px=np.full(len(rows), half_px),
+        tip_px=None if few else rows[0, 1:3],
+        tip_sigma_px=None if few else 1.0,
+        reason="only its rim is taken" if few else None,
+        end_px=detection.rim_px[seen],
+        end_sigma_px=detection.rim_sigma_px[seen],
+    )

@@ -62,6 +62,13 @@ class Prediction:
                 self._shift[view] = self._expected[1 + view] - self._expected[0]
         return self._placed(t_ns, table, detections, work)
 
+    def expected(self, t_ns: int) -> FloatArray | None:
+        """Return the curve (K, 3) mm expected at an instant, cap's centre first; None where nothing recent is known.
+
+        The array is the next one's.
+        """
+        return self._expected[0] if self._expect(0, t_ns) else None
+
     def again(
         self, t_ns: int, curve: FloatArray, table: FloatArray, detections: Sequence[Detection], work: PairWork
     ) -> Guess | None:

@@ -10,8 +10,9 @@ from cathxr.geometry import CameraModel, arc_length
 from cathxr.vision.midline import Midline, measured
 from cathxr.vision.near import NearDetector
 from cathxr.vision.near_matte import NearMatte
-from cathxr.vision.profiles import SAMPLE_PX, line_samples
+from cathxr.vision.profiles import SAMPLE_PX, line_levels, line_samples
 from cathxr.vision.repeats import RepeatCounter
+from cathxr.vision.rim import Rim, rim_of
 from cathxr.vision.segment_choice import SegmenterChoice
 from cathxr.vision.segmentation import Coarse, MatteArray, Window, blank_reason
 from cathxr.vision.trace import trace
@@ -25,6 +26,8 @@ _CLEARLY = 0.3
 """A catheter whose width is off by less than this, as a logarithm, is no rim of a shining one."""
 _MATTE_PX, _MATTE_END_PX = 0.05, 0.2
 """Where no back-light draws it, a matte's edge is off by about this: by colours, by shade, and alike side by side."""
+_NO_RIM = ("more than one", "the catheter leaves")
+"""Where a view cannot be used for these reasons, its silhouette cannot either."""
 _CORE_WIDTHS = 0.75
 """A shining catheter's bright core is slimmer than this."""
 
@@ -53,6 +56,7 @@ class ModelDetector:
         self._near_matte = NearMatte(self._model.size_px, self._width_px)
         self._segmenters = SegmenterChoice(self._width_px, background)
         self._hollow = False
+        self._rim: Rim | None = None
 
     def reset(self) -> None:
         """Forget the pictures before."""
@@ -68,6 +72,7 @@ class ModelDetector:
         repeats = self._repeats.count(image)
         near = None if predicted_box is None else self._found_near(image, predicted_box)
         predicted = near is not None and near[1]
+        self._rim = None
         if near is not None and near[1]:
             found: Midline | str = near[0]
         else:
@@ -76,8 +81,11 @@ class ModelDetector:
                 self._near.learn(found)
             elif near is not None:
                 found = near[0]
+        rim, rim_sigma = (np.empty((0, 2)), np.empty(0)) if self._rim is None else (self._rim.points, self._rim.sigma)
         if isinstance(found, str):
-            return Detection(self._camera, image.seq, image.t_ns, reason=found, repeats=repeats)
+            return Detection(
+                self._camera, image.seq, image.t_ns, reason=found, repeats=repeats, rim_px=rim, rim_sigma_px=rim_sigma
+            )
         if self._segmenters.refreshed is not None:
             found = found.roughened(_MATTE_PX, _MATTE_END_PX)
         return Detection(
@@ -92,6 +100,8 @@ class ModelDetector:
             tip_sigma_px=found.tip_sigma_px,
             end_px=found.end_px,
             end_sigma_px=found.end_sigma_px,
+            rim_px=rim,
+            rim_sigma_px=rim_sigma,
             repeats=repeats,
             predicted=predicted,
         )
@@ -124,7 +134,13 @@ class ModelDetector:
         if window is None:
             return "no catheter"
         matte = segmenter.matte(pixels, window)
-        return self._followed(matte, mask, coarse.step, window)
+        found = self._followed(matte, mask, coarse.step, window)
+        if isinstance(found, str) and found.startswith(_NO_RIM):
+            return found
+        plateau = _plateau(matte, mask, coarse.step, window) if isinstance(found, str) else found.plateau
+        own = _filled(matte, self._width_px) if self._hollow else matte
+        self._rim = rim_of(own, mask, coarse.step, window, plateau, self._axis.points, self._width_px)
+        return found
 
     def _followed(self, matte: MatteArray, mask: PixelArray, step: int, window: Window) -> Midline | str:
         """Return the midline of the catheter in a matte, or why there is none.
@@ -194,6 +210,7 @@ class ModelDetector:
                 if any(_near(path, seed, self._width_px) for path in tried):
                     continue
                 forward, width, own = trace(matte, seed, direction, self._width_px, plateau, limit)
+                forward = _before_jump(matte, forward, direction, width, 0.5 * own)
                 if len(forward) < 3:
                     continue
                 tried.append(forward)
@@ -276,6 +293,27 @@ def _seeds(
         if later.size and 0.5 * width < (later[0] - start) * SAMPLE_PX < 1.8 * width:
             seeds.append(0.5 * (offsets[start + 1] + offsets[later[0]]))
     return [point + each * normal for each in sorted(seeds, key=abs)]
+
+
+def _before_jump(matte: MatteArray, path: FloatArray, direction: FloatArray, width: float, level: float) -> FloatArray:
+    """Return a path (N, 2) without what lies beyond a gap and at its own beginning: a tip that points at the inlet.
+
+    A trace crosses gaps, for there may be glare; but what is dark behind such a tip is the inlet.
+    """
+    if len(path) < 3:
+        return path
+    along = (path - path[0]) @ direction
+    open_ = line_levels(matte, path) < level
+    gaps = np.flatnonzero(open_)
+    if not len(gaps):
+        return path
+    after = along[gaps[-1] + 1 :]
+    if not len(after) or float(after.min()) > width:
+        return path
+    first = gaps[-1]
+    while first > 0 and open_[first - 1]:
+        first -= 1
+    return path[:first]
 
 
 def _near(path: FloatArray, point: FloatArray, distance: float) -> bool:

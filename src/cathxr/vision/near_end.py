@@ -7,7 +7,7 @@ from numba import njit
 
 from cathxr.geometry.medians import median_of
 from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, set_normals, smooth
-from cathxr.vision.near_expected import expect, offset_from
+from cathxr.vision.near_expected import ALONE, BENT, expect, offset_from
 from cathxr.vision.near_kernels import sections_near
 from cathxr.vision.raw import apart, dark_edge, grey_at, light_at, light_gain
 
@@ -77,7 +77,7 @@ def measure(source, count, radius_mm, ratio, plateau, camera, size, work):  # ty
         return nothing
     for i in range(outlined):
         work.outline[i, 0], work.outline[i, 1] = _rounded(work.outline[i, 0]), _rounded(work.outline[i, 1])
-    sure = (not alone) or 0.0 <= rms < _ROUND_PX + _ROUND_SHARE * radius
+    sure = alone == BENT or (alone == ALONE and 0.0 <= rms < _ROUND_PX + _ROUND_SHARE * radius)
     ratio *= wide / work.widths[known // 2]
     return (
         FOUND, points, outlined, sigma, _rounded(x + radius * dx), _rounded(y + radius * dy), own, ratio, sure,

@@ -12,7 +12,10 @@ _HIDDEN_RADII = 2.2
 """Nearer than this to another part of the catheter the end's outline is not the end's alone."""
 _PARTS_RADII = 6.0
 """What is farther than this along the tube is another part of it."""
+_BENT_RADII = 16.0
+"""And farther than this it is no part of a bend towards the camera."""
 _LEAST_GAP_MM = 0.2
+ALONE, BENT, CROSSED = 0, 1, 2
 
 
 @njit(cache=True, nogil=True)
@@ -21,18 +24,19 @@ def expect(count, radius_mm, ratio, camera, size, work):  # type: ignore[no-unty
 
     count: of the shape's points. ratio: apparent width over the expected one. camera (21,): see `packed`; size: width
     and height of its picture. K: points of the path, 0 where the curve leaves the picture or lies behind the camera.
-    alone: no other part of the catheter lies at its end.
+    alone: ALONE where no other part of the catheter lies at its end; BENT where one does that is near along the tube,
+    as of an end that points at the camera; CROSSED where one does that is far.
     """
     used = _from_cap_centre(work.shape, count, radius_mm, work.line)
     tip = work.shape[0]
     tip_u, tip_v, _, _, depth = project_row(tip[0], tip[1], tip[2], camera)
     if depth <= 0.0:
-        return 0, 0.0, 0.0, False
+        return 0, 0.0, 0.0, CROSSED
     line, path = work.line, work.path
     for i in range(used):
         u, v, by_u, by_v, depth = project_row(line[i, 0], line[i, 1], line[i, 2], camera)
         if depth <= 0.0:
-            return 0, 0.0, 0.0, False
+            return 0, 0.0, 0.0, CROSSED
         path[i, 0], path[i, 1] = u, v
         squared = 0.0
         for axis in range(3):
@@ -41,8 +45,8 @@ def expect(count, radius_mm, ratio, camera, size, work):  # type: ignore[no-unty
     margin = 1.4 * radius_mm * ratio * work.widths[0]
     width, height = size
     if not (margin <= tip_u <= width - 1.0 - margin and margin <= tip_v <= height - 1.0 - margin):
-        return 0, 0.0, 0.0, False
-    alone = True
+        return 0, 0.0, 0.0, CROSSED
+    alone = ALONE
     along_mm = 0.0
     before = 1.0
     reach = _HIDDEN_RADII * radius_mm * ratio * work.widths[0]
@@ -55,7 +59,7 @@ def expect(count, radius_mm, ratio, camera, size, work):  # type: ignore[no-unty
         along_mm += step_mm
         near = apart(path[i + 1, 0], path[i + 1, 1], path[0, 0], path[0, 1]) < reach
         if near and along_mm > _PARTS_RADII * radius_mm:
-            alone = False
+            alone = max(alone, BENT if along_mm < _BENT_RADII * radius_mm else CROSSED)
     work.shares[used - 1] = before
     for i in range(used):
         work.widths[i] *= 2.0 * radius_mm * ratio

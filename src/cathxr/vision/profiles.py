@@ -61,6 +61,15 @@ def line_samples(matte: MatteArray, start: FloatArray, step: FloatArray, count: 
 
 
 @njit(cache=True, nogil=True)
+def line_levels(matte: MatteArray, points: FloatArray) -> FloatArray:
+    """Return the matte (N,) at points (N, 2)."""
+    result = np.empty(len(points))
+    for i in range(len(points)):
+        result[i] = sample(matte, points[i, 0], points[i, 1])
+    return result
+
+
+@njit(cache=True, nogil=True)
 def edge(
     matte: MatteArray, x: float, y: float, dx: float, dy: float, reach: float, level: float
 ) -> tuple[float, float]:

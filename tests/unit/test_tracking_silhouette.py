@@ -1,0 +1,158 @@
+"""Whole silhouettes against plain NumPy: the search over depths, the discs, and catheters that lie over themselves."""
+
+from itertools import product
+
+import cv2
+import numpy as np
+import pytest
+
+from cathxr.app.bench_scenes import Sequence
+from cathxr.app.bench_sequence import Method
+from cathxr.core import FloatArray, Status
+from cathxr.geometry import CameraModel
+from cathxr.storage.rig_file import example_rig
+from cathxr.tracking.depth_search import MOST_SLOPE, STEP_MM, best_depths, entry_costs, point_costs
+from cathxr.tracking.pair_work import DISCS
+from cathxr.tracking.rim_kernels import distances, held, invented, unexplained
+from cathxr.vision.rim import CUT_PX, rim_of
+from cathxr.vision.segmentation import Window
+
+CUT = 100.0
+
+
+def closed(ring: FloatArray) -> FloatArray:
+    return np.vstack([ring, ring[:1]])
+
+
+def tube(x: FloatArray, y: FloatArray, radius: float) -> FloatArray:
+    """Return DISCS discs (S, 3) along a line that is given by a few points."""
+    at = np.linspace(0.0, len(x) - 1.0, DISCS)
+    whole = np.arange(len(x))
+    return np.stack([np.interp(at, whole, x), np.interp(at, whole, y), np.full(DISCS, radius)], axis=1)
+
+
+def box(x0: float, y0: float, x1: float, y1: float) -> FloatArray:
+    """Return a rectangle's outline (R, 2), a point a pixel, closed."""
+    across, down = np.arange(x0, x1), np.arange(y0, y1)
+    return closed(
+        np.concatenate(
+            [
+                np.stack([across, np.full(len(across), y0)], 1),
+                np.stack([np.full(len(down), x1), down], 1),
+                np.stack([across[::-1] + 1.0, np.full(len(across), y1)], 1),
+                np.stack([np.full(len(down), x0), down[::-1] + 1.0], 1),
+            ]
+        )
+    )
+
+
+def test_the_best_way_through_depths_is_the_best_of_all() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(5):
+        costs, entry = rng.uniform(0.0, 4.0, (4, 6)), rng.uniform(0.0, 4.0, 6)
+        least = np.inf
+        for way in product(range(6), repeat=4):
+            slopes = np.diff(way)
+            turns = np.diff(slopes)
+            if np.abs(slopes).max() > MOST_SLOPE or np.abs(turns).max() > 2:
+                continue
+            least = min(least, costs[range(4), way].sum() + entry[way[-1]] + 0.5 * float((turns**2).sum()))
+        got = best_depths(costs, entry)
+        bends = float((np.diff(np.diff(got)) ** 2).sum())
+        assert costs[range(4), got].sum() + entry[got[-1]] + 0.5 * bends == pytest.approx(least)
+
+
+def test_a_depth_costs_what_its_tube_sticks_out() -> None:
+    camera = CameraModel.of(example_rig().cameras["front"])
+    origin, ray = np.array([60.0, 0.0, 330.0]), np.array([[0.0, 0.0, -1.0]])
+    seen = camera.project(origin + (300.0 + STEP_MM * np.arange(100))[:, None] * ray[0])
+    corner = np.floor(seen.min(axis=0)) - 20.0
+    width, height = (np.ceil(seen.max(axis=0)) + 20.0 - corner).astype(int)
+    clearance = np.full((height, width), -5.0)
+    middle = np.round(seen[40] - corner).astype(int)
+    clearance[middle[1] - 2 : middle[1] + 3, :] = 30.0
+    got = point_costs(origin, ray, 300.0, 100, camera.numbers, clearance, np.zeros_like(clearance), corner, 1.5)[0]
+    rows = np.round(seen[:, 1] - corner[1]).astype(int)
+    np.testing.assert_array_equal(got < 1.0, np.abs(rows - middle[1]) <= 2)
+    axis = entry_costs(origin, ray[0], 300.0, 100)
+    assert abs(float(300.0 + STEP_MM * np.argmin(axis)) - 330.0) <= STEP_MM
+
+
+def test_distances_to_a_tube_are_those_of_its_segments() -> None:
+    discs = tube(np.array([0.0, 60.0, 60.0]), np.array([0.0, 0.0, 40.0]), 5.0)
+    points = np.random.default_rng(1).uniform(-20.0, 80.0, (40, 2))
+    steps = np.diff(discs[:, :2], axis=0)
+    offset = points[:, None] - discs[None, :-1, :2]
+    share = np.clip((offset * steps).sum(axis=2) / np.square(steps).sum(axis=1), 0.0, 1.0)
+    expected = np.linalg.norm(offset - share[..., None] * steps, axis=2).min(axis=1) - 5.0
+    np.testing.assert_allclose(distances(discs, points), expected, atol=1e-9)
+
+
+def test_what_is_left_of_a_rim_is_told() -> None:
+    off = np.array([0.0, 0.1, 2.0, 2.0, 2.0, 0.0, 2.0, 0.0])
+    share, run, rms = unexplained(off, np.zeros(8), (0, 8), 1.0)
+    assert (share, run) == (0.5, 3)
+    assert rms == pytest.approx(np.sqrt(np.mean(np.square(np.minimum(off, 1.0)))))
+
+
+def test_a_tube_beyond_the_silhouette_is_invented() -> None:
+    rim = box(0.0, 0.0, 100.0, 12.0)
+    sigma = np.full(len(rim), 0.1)
+    inside = tube(np.array([8.0, 92.0]), np.array([6.0, 6.0]), 6.0)
+    beyond = tube(np.array([8.0, 150.0]), np.array([6.0, 6.0]), 6.0)
+    assert invented(inside, rim, sigma, CUT, 0.35) == 0
+    assert invented(beyond, rim, sigma, CUT, 0.35) == np.count_nonzero(beyond[:, 0] > 100.0 - 0.65 * 6.0)
+    sigma[rim[:, 0] == 100.0] = 1000.0  # the inlet's cut: nothing is known beyond
+    assert invented(beyond, rim, sigma, CUT, 0.35) == 0
+    hole = np.vstack([rim, box(40.0, 4.0, 60.0, 8.0)])  # nor is there anything in a hole
+    assert invented(inside, hole, np.full(len(hole), 0.1), CUT, 0.35) > 20
+
+
+def test_a_hidden_part_is_held_in_the_middle_of_its_room() -> None:
+    rim = box(0.0, 0.0, 100.0, 16.0)
+    discs = tube(np.array([10.0, 90.0, 90.0, 10.0]), np.array([6.0, 6.0, 9.0, 9.0]), 6.0)
+    rows = np.zeros((DISCS, 6))
+    count = held(discs, rim, np.full(len(rim), 0.1), CUT, rows)
+    # both limbs show at the rim, one above and one below: nothing of them is hidden
+    assert count < 8
+    slim = tube(np.array([10.0, 90.0, 90.0, 10.0]), np.array([6.0, 6.0, 7.0, 7.0]), 6.0)
+    slim[DISCS // 2 :, 2] = 5.0  # the other limb lies behind, and is seen smaller
+    count = held(slim, box(0.0, 0.0, 100.0, 12.0), np.full(len(box(0.0, 0.0, 100.0, 12.0)), 0.1), CUT, rows)
+    behind = rows[:count][rows[:count, 0] > 0.6]
+    assert len(behind) > 5
+    np.testing.assert_allclose(behind[:, 2], 6.0, atol=0.6)
+    assert (behind[:, 5] < 1.6).all()
+
+
+def test_the_rim_is_the_edge_to_a_part_of_a_pixel() -> None:
+    height, width = 120, 260
+    rows, columns = np.mgrid[:height, :width]
+    edge = np.clip(8.3 - np.abs(rows - 60.2) + 0.5, 0.0, 1.0) * np.clip(201.7 - columns + 0.5, 0.0, 1.0)
+    matte = cv2.GaussianBlur((0.8 * edge).astype(np.float32), (0, 0), 0.8)
+    mask = np.where(matte[2::4, 2::4] > 0.2, 255, 0).astype(np.uint8)
+    axis = np.stack([np.linspace(0.0, 120.0, 46), np.full(46, 60.0)], axis=1)
+    rim = rim_of(matte, mask, 4, Window(0, 0, width, height), 0.8, axis, 16.0)
+    assert rim is not None
+    np.testing.assert_array_equal(rim.points[0], rim.points[-1])
+    sides = (rim.sigma < CUT_PX) & (rim.points[:, 0] < 190.0)
+    assert np.count_nonzero(sides) > 100
+    np.testing.assert_allclose(np.abs(rim.points[sides, 1] - 60.2), 8.3, atol=0.1)
+    assert rim_of(np.zeros_like(matte), mask, 4, Window(0, 0, width, height), 0.8, axis, 16.0) is None
+
+
+@pytest.mark.parametrize(("scene", "seed"), [("curl", 5), ("crossing", 6)])
+def test_a_catheter_over_itself_in_one_view_is_found_at_once(scene: str, seed: int) -> None:
+    sequence = Sequence(scene, seed=seed)
+    method = Method("model", sequence)
+    tracked = 0
+    for pair in sequence.pairs(45, 15.0):
+        if pair.seq % 4:
+            continue
+        method.tracker.reset()
+        _, track, _ = method.track(pair, whole=True)
+        if track.status is Status.TRACKED:
+            tracked += 1
+            assert track.tip_box is not None
+            assert pair.truth.tip_box is not None
+            assert np.linalg.norm(track.tip_box - pair.truth.tip_box) < 2.0
+    assert tracked >= 8  # of 12; two limbs that cover each other have more than one answer, and the status says so

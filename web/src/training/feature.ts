@@ -54,7 +54,7 @@ export class TrainingFeature implements Feature {
     const show = (): void => void this.showRun();
     this.panel = new TrainingPanel(training, this.desk, watching, show, pageStorage());
     this.strip = new StageStrip(training);
-    this.bar = new ReplayBar(replay);
+    this.bar = new ReplayBar(replay, (key) => training.offer?.tasks.find((each) => each.key === key)?.name ?? key);
     this.plate = new TrialPlate(training);
     stage.view.scene.add(this.plate.group);
     this.result = new ResultPlate(stage, this.desk, show);

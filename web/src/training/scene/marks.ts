@@ -10,6 +10,7 @@ import { ARRAY_BEHIND_TIP_MM } from "../../ice/transducer";
 import { makeTargetMeasure, measureTarget } from "../../maths/target";
 import type { LabelMaker } from "../../scene/declutter";
 import { makeLabel, RANK } from "../../scene/label";
+import { shortName } from "../words";
 import type { Feature, Frame } from "../../stage/feature";
 import type { Stage } from "../../stage/stage";
 import { PlaneFrame } from "./plane_frame";
@@ -123,8 +124,8 @@ export class RunMarks implements Feature, LabelMaker {
     this.others = makeOthers(others);
     if (this.others !== null) this.group.add(this.others);
     for (const each of others) {
-      if (each.state === "reached") this.addLabel(each, `✓ ${each.name}`, LABEL_INK.reached, RANK.place);
-      else if (each.state === "missed") this.addLabel(each, `× ${each.name}`, LABEL_INK.missed, RANK.place);
+      if (each.state === "reached") this.addLabel(each, `✓ ${shortName(each.name)}`, LABEL_INK.reached, RANK.place);
+      else if (each.state === "missed") this.addLabel(each, `× ${shortName(each.name)}`, LABEL_INK.missed, RANK.place);
     }
     this.ball.visible = this.ring.visible = offered !== null;
     if (offered !== null) {
@@ -185,6 +186,7 @@ export class RunMarks implements Feature, LabelMaker {
   private addLabel(target: TrainingTarget, words: string, ink: string, rank: typeof RANK.active | typeof RANK.place): void {
     const [x, y, z] = target.position_mm;
     const label = makeLabel(words, ink, rank);
+    if (rank === RANK.active) label.material.depthTest = false; // the ultrasound's plane would hide it
     label.position.set(x, y, z + radiusOf(target) + LABEL_ABOVE_MM);
     this.labels.push(label);
     this.group.add(label);

@@ -21,7 +21,8 @@ _COMMANDS = {
     "calibrate": ("calibrate_command", "calibrate", "Measure the rig: lenses, poses, timing; check what was measured."),
     "heart": ("heart_command", "heart", "Build a heart from a CT: look, build, correct."),
     "register": ("register_command", "register", "Find where the box lies in the heart, and how well."),
-    "doctor": ("doctor_command", "doctor", "Check what is connected and set up: encoder."),
+    "doctor": ("doctor_command", "doctor", "Check what is connected and set up: box, encoder."),
+    "hardware": ("hardware_command", "hardware", "Make the rig: what to print, cut and buy, from parameters."),
     "bench": ("bench_command", "bench", "Measure speed, latency, load and accuracy on this machine."),
 }
 

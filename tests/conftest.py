@@ -37,8 +37,14 @@ _OFFLINE = (
     "test_proof_poses.py",
     "test_proof_roll.py",
     "test_proof_segmentation.py",
+    "test_proof_statistics.py",
     "test_recorded_encoder.py",
     "test_register.py",
+    "test_study.py",
+    "test_proof_study.py",
+    "test_study_report.py",
+    "test_study_twin.py",
+    "test_score.py",
 )
 # Tests of these folders share what takes long to make, and so run in one process.
 _TOGETHER = ("calibration_check",)

@@ -13,7 +13,7 @@ def main() -> None:
     """Use each part once."""
     rig = example_rig()
     for method in ("model", "paper"):
-        warm_up(rig, method=method)
+        warm_up(method=method)
     for name in ("debris", "rolling_shutter", "pillars"):
         world = TwinWorld(rig, settings=scene(name))
         picture = CameraRenderer(world, "top").picture(0)

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Installs what the tests of the page and of the firmware need from the system, where that can be done: Debian or Ubuntu, as root.
+# Installs what the tests of the page, the firmware and the study store need from the system, where that can be done: Debian or Ubuntu, as root.
 # Elsewhere it says what will be skipped. It never fails a run by itself: under CI=true the tests that miss a tool do.
 set -u
 
@@ -24,6 +24,13 @@ browser() {
 
 need chromium browser
 need poppler-utils command -v pdftoppm
+postgres() { # Debian keeps the server's programs out of PATH
+    for each in /usr/lib/postgresql/*/bin/initdb; do
+        [ -x "$each" ] && return 0
+    done
+    command -v initdb
+}
+need postgresql postgres
 if command -v dpkg-query >/dev/null 2>&1; then
     installed() { dpkg-query -W -f '${Status}' "$1" 2>/dev/null | grep -q 'ok installed'; }
     for each in libegl1 libgl1-mesa-dri libgles2; do

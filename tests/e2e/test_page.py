@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -19,8 +18,8 @@ from numpy.typing import NDArray
 from playwright.sync_api import Browser, Page
 from websockets.sync.client import connect
 
-HANG_S = 120.0
-"""Limit on waiting for what must come, on a loaded machine without a graphics card; not a measurement."""
+from .asked_page import HANG_S, AskedPage
+
 START_S = 300.0
 """The first start compiles the fast parts."""
 CHEAP = "?aa=0&mat=lambert&dpr=0.5&pictures=5"
@@ -122,7 +121,7 @@ def live(tmp_path_factory: pytest.TempPathFactory, repo_root: Path) -> Iterator[
     process.kill()
 
 
-class Watched:
+class Watched(AskedPage):
     """A page with everything that it asked for and complained about."""
 
     def __init__(self, browser: Browser, url: str, *, size: tuple[int, int] = (1280, 720)) -> None:
@@ -133,29 +132,10 @@ class Watched:
         )
         self.page: Page = self.context.new_page()
         self.requests: list[str] = []
-        self.complaints: list[str] = []
+        self.listen()
         self.context.on("request", lambda request: self.requests.append(request.url))
         self.page.on("websocket", lambda socket: self.requests.append(socket.url))
-        self.page.on("console", lambda message: self._note(message.type, message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(f"uncaught: {error}"))
         self.page.goto(url)
-
-    def _note(self, kind: str, text: str) -> None:
-        if kind in ("error", "warning"):
-            self.complaints.append(f"{kind}: {text}")
-
-    def ask(self, expression: str) -> Any:
-        return self.page.evaluate(f"() => {expression}")
-
-    def until(self, expression: str) -> Any:
-        """Return the expression's value once it is true. Not `wait_for_function`: the page's policy forbids eval."""
-        deadline = time.monotonic() + HANG_S
-        while time.monotonic() < deadline:
-            if value := self.ask(expression):
-                return value
-            self.page.wait_for_timeout(50)
-        state = self.ask("JSON.stringify([window.__cathxr?.link, window.__cathxr?.status, document.body.innerText])")
-        pytest.fail(f"never came true: {expression}\n{state}\n{self.complaints}")
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import pytest
 
 from cathxr.core import FloatArray
 from cathxr.geometry import tangents, tip_pose
-from cathxr.tracking.model import _unfolded
+from cathxr.tracking.centreline import unfolded
 
 
 def straight(start_mm: float = 15.0, tip_mm: float = 75.0) -> FloatArray:
@@ -19,6 +19,10 @@ def folded(length_mm: float) -> FloatArray:
     along = np.linspace(0.0, 1.0, 30)[1:]
     hairpin = np.stack([15.0 + length_mm * along**2, 0.05 * along, 0.02 * along], axis=1)
     return np.vstack([straight(), hairpin])
+
+
+def _unfolded(curve: FloatArray) -> FloatArray:
+    return curve[: unfolded(curve, len(curve))]
 
 
 def test_a_curve_without_a_fold_is_left_alone() -> None:

@@ -22,6 +22,7 @@ import { SettingsStore } from "./stage/settings";
 import { pageStorage } from "./stage/storage";
 import { condition, GRAPHICS_LOST } from "./ui/condition";
 import { ControlRows } from "./ui/controls";
+import { TrainingFeature } from "./training/feature";
 import { byId, setText } from "./ui/dom";
 import { EnterButtons } from "./ui/enter";
 import { HeadsetDialog } from "./ui/headset";
@@ -69,6 +70,7 @@ export class App {
   });
   private readonly immersion: Immersion;
   private readonly guide: GuideFeature;
+  private readonly training: TrainingFeature;
   private linkState: LinkState = { phase: "connecting", sentence: "", retryAtMs: null };
   private health: HealthMessage | null = null;
   private sceneText = "";
@@ -110,11 +112,19 @@ export class App {
       onStroke: makeStrokes(this.actions()),
     });
     this.roll = new RollPanel(this.commands);
-    this.operator = new Operator(this.commands, (operating) => {
-      this.keys.steering = operating && this.sliders.ready;
+    this.operator = new Operator(this.commands, (steering, operating) => {
+      this.keys.steering = steering && this.sliders.ready;
+      this.stagecraft.stage.training.setRole(this.linkState.phase === "live", operating);
     });
     this.guide = new GuideFeature(this.stagecraft.stage, this.immersion, this.steers());
     this.stagecraft.add(this.guide);
+    this.company.guideStep = () => this.guide.told;
+    this.training = new TrainingFeature(this.stagecraft.stage, this.immersion, this.commands, {
+      people: this.company.people,
+      status: () => byId("status").textContent ?? "",
+      guideStep: () => this.company.people.guideStep,
+    });
+    this.stagecraft.add(this.training);
     wireViews(this.stagecraft.presets);
     makeTabs(() => this.pictures.refresh());
   }
@@ -144,6 +154,7 @@ export class App {
       camera: () => app.stagecraft.view.camera.position.toArray(),
       xr: xrDebug(app.immersion, app.store),
       guide: app.guide.debug,
+      training: app.training.debug,
       pictures: () => app.pictures.panels.map(({ camera, shownSeq, overlaid }) => ({ camera, seq: shownSeq, overlaid })),
     };
   }
@@ -151,7 +162,7 @@ export class App {
   // --- messages ---------------------------------------------------------------------------------------------------
 
   private take(message: ServerMessage): void {
-    if (this.company.take(message)) return;
+    if (this.company.take(message) || this.training.take(message)) return;
     switch (message.type) {
       case "track":
         this.takeTrack(message);
@@ -225,6 +236,7 @@ export class App {
     this.roll.leave();
     this.lastTrackMs = performance.now();
     this.operator.greet(hello);
+    this.training.greet();
     this.company.greet(hello);
     if (this.link.connections > 1) {
       this.handSteered = false;

@@ -2,6 +2,7 @@
 
 import type { SceneReport } from "./scene/report";
 import type { GuideDebug } from "./guide/debug";
+import type { TrainingDebug } from "./training/debug";
 import type { XrDebug } from "./xr/report";
 
 export interface DebugHandle {
@@ -32,6 +33,7 @@ export interface DebugHandle {
   /** The headset's session, and what it shows. */
   readonly xr: XrDebug;
   readonly guide: GuideDebug;
+  readonly training: TrainingDebug;
 }
 
 declare global {

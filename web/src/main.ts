@@ -8,6 +8,7 @@ import "./styles/flat.css";
 import "./styles/scene.css";
 import "./styles/readout.css";
 import "./styles/guide.css";
+import "./styles/training.css";
 import { App } from "./app";
 import { countErrors } from "./debug";
 import { settingsFrom } from "./settings";

@@ -203,6 +203,14 @@ describe("what this page looks at", () => {
     expect(sent[0]!.world!.scale).toBe(12);
   });
 
+  it("has the step of the guide beside the settings, told when it changes", () => {
+    const { sent, reporter } = setting();
+    const guide = ["", "1 of 9, Take it", "1 of 9, Take it", ""];
+    guide.forEach((step, at) => reporter.update(1000 * (at + 1), DEFAULTS, step));
+    expect(sent.map(({ settings }) => settings["guideStep"])).toEqual(["", "1 of 9, Take it", ""]);
+    expect(sent[0]!.settings["depthMm"]).toBe(DEFAULTS.depthMm);
+  });
+
   it("is told after changes only, and ten times a second at most", () => {
     const { camera, sent, reporter } = setting();
     for (let ms = 1000; ms < 2000; ms += 11) reporter.update(ms, DEFAULTS);

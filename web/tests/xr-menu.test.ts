@@ -9,7 +9,7 @@ import { nextArm, ROWS_SHOWN, rowsOf, slid, TABS, toggled } from "../src/xr/menu
 function situation(parts = 12): Situation {
   const store = new SettingsStore();
   return {
-    store, helpLines: ["one", "two"], canGuide: true, target: { name: "Fossa ovalis", own: false, number: 2, count: 5 }, tip: true,
+    store, helpLines: ["one", "two"], canGuide: true, target: { name: "Fossa ovalis", own: false, number: 2, count: 5 }, tip: true, training: () => [],
     parts: Array.from({ length: parts }, (_, index) => ({ name: `part_${index}`, label: `Part ${index}` })),
   };
 }

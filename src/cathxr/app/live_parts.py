@@ -10,12 +10,13 @@ import cv2
 import numpy as np
 
 from cathxr.app.config import Config
+from cathxr.app.heart_registration import registration_of
 from cathxr.app.heart_scene import heart_scene, heart_targets
 from cathxr.app.plugins import make_camera, make_encoder
 from cathxr.app.twin_encoder import fault_command, twin_encoder
 from cathxr.core import Clock, ConfigError, DataError, Image, PixelArray, Rig, Source, Track
 from cathxr.heart import HeartFolder, builtin_path, read_heart
-from cathxr.registration import Registration, caval_placement, read_registration, registration_toml
+from cathxr.registration import registration_toml
 from cathxr.runtime.live import LiveOptions
 from cathxr.runtime.optical import OpticalSource
 from cathxr.runtime.recording import session_opener
@@ -169,7 +170,7 @@ def _opener(config: Config, rig: Rig, clock: Clock, kind: str) -> Any:
         config=chosen,
         clock=clock,
         videos=config.recording.videos,
-        registration=tomllib.loads(registration_toml(_registration(_heart(config)))),
+        registration=tomllib.loads(registration_toml(registration_of(_heart(config)))),
     )
 
 
@@ -182,24 +183,7 @@ def _scene(
 ) -> tuple[SceneDescription, dict[str, Path | Packed]]:
     """Return the scene's description and the files it names."""
     heart = _heart(config)
-    registration = _registration(heart)
+    registration = registration_of(heart)
     description, files = heart_scene(heart, registration)
     targets = heart_targets(heart, registration, rig.roi)
     return scene_description(rig, kind, heart=description, targets=targets, twin=twin), files
-
-
-def _registration(heart: HeartFolder) -> Registration:
-    """Return the heart's registration; without one, the inlet sits before the mouth of the inferior vena cava.
-
-    Raises:
-        ConfigError: there is none, and the heart names no caval openings to place it by.
-    """
-    if heart.registration is not None:
-        return read_registration(heart.registration)
-    placed = caval_placement(heart.points_ct, method="inlet before the inferior vena cava's mouth")
-    if placed is None:
-        raise ConfigError(
-            f"The heart {heart.path} has no registration.toml, and no openings inferior_vena_cava and "
-            "superior_vena_cava to place it by: add one of them."
-        )
-    return placed

@@ -48,7 +48,7 @@ def touch_landmarks(heart_path: Path | None, choice: TouchChoice) -> None:
         points = {key: points[key] for key in simulated.controls}
     elif not choice.wanted:
         points = _likely(heart, points, parts.rig)
-    prepare(parts.rig, "model")
+    prepare("model")
     sessions: list[TouchSession] = []
 
     def save(registration: Registration) -> Ending:

@@ -31,6 +31,8 @@ _POLL_S = 0.25
 @click.option("--video", is_flag=True, help="Recordings hold the pictures too (lossless, about 80 MB a second).")
 @click.option("--speed", type=click.FloatRange(0.01, 100.0), help="Pace of a replay.  [default: 1]")
 @click.option("--no-browser", is_flag=True, help="Do not open a browser.")
+@click.option("--study", type=PATH, help="The folder of a study: training goes by its design and into its store.")
+@click.option("--store", help="Where trials are stored: a file or postgresql://…  [default: the study's, or your own]")
 @click.option("--publish-truth", is_flag=True, help="Also send the twin's exact tip as events of kind 'truth'.")
 @told_in_a_sentence
 def run(
@@ -47,6 +49,8 @@ def run(
     video: bool,
     speed: float | None,
     no_browser: bool,
+    study: Path | None,
+    store: str | None,
     publish_truth: bool,
 ) -> None:
     """Start the live system: source, tracker, server, page.
@@ -59,16 +63,21 @@ def run(
       cathxr run --scene debris --seed 3
       cathxr run --source cameras --rig rig.toml --config config.toml --lan
       cathxr run --source recordings/2026-01-31_10-00-00
+      cathxr run --study views
     """
     chosen = chosen_config(config, rig=rig, method=method, points=points, scene=scene, seed=seed)
     chosen = _with_run_options(
         chosen, port=port, lan=lan, recordings=recordings, video=video, speed=speed, no_browser=no_browser
     )
-    serve(source, chosen, publish_truth=publish_truth)
+    serve(source, chosen, publish_truth=publish_truth, study=study, store=store)
 
 
-def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
+def serve(
+    source: str, config: Config, *, publish_truth: bool = False, study: Path | None = None, store: str | None = None
+) -> None:
     """Run until Ctrl-C (or SIGTERM), or until a source that does not begin again has ended.
+
+    study: a study's folder, for training; store: where its trials go, None: the usual place.
 
     Raises:
         CathxrError: it cannot start.
@@ -77,6 +86,8 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     from cathxr.app.controls import ControlsPublisher
     from cathxr.app.diag_folder import DiagFolder
     from cathxr.app.live_parts import live_parts
+    from cathxr.app.training_parts import training_parts
+    from cathxr.app.training_wiring import training_beside
     from cathxr.app.view_commands import view_commands
     from cathxr.devices.clock import MonotonicClock
     from cathxr.runtime.live import LiveSystem
@@ -85,10 +96,12 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     from cathxr.wire.hub import Hub
     from cathxr.wire.messages import Command
     from cathxr.wire.server import Lan, LiveServer
+    from cathxr.wire.training_pages import make_runs_router
 
     clock = MonotonicClock()
     parts = live_parts(source, config, clock=clock)
-    prepare(parts.rig, config.tracking.method)
+    trained = training_parts(parts, config, study=study, store=store)
+    prepare(config.tracking.method)
     hub = Hub()
     options = replace(parts.options, commands={**parts.options.commands, **view_commands(hub)})
     system = LiveSystem(parts.source, clock=clock, options=options)
@@ -100,6 +113,8 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     if publish_truth and parts.world is not None:
         system.truths.add("page", lambda truth: hub.publish_event(_truth_event(truth)))
 
+    training = training_beside(system, trained, clock=clock, outlet=hub)
+
     def commands(command: Command) -> Mapping[str, Any]:
         return system.handle(command.name, command.args)
 
@@ -107,11 +122,15 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
     server = LiveServer(
         hub, parts.scene, commands=commands, clock=clock, files=parts.files, port=chosen.port,
         lan=Lan(chosen.lan_port, tuple(chosen.lan_names)) if chosen.lan else None, force_pairing=chosen.force_pairing,
-        routers=(make_diag_router(DiagFolder(Path(config.recording.folder)).save, clock=clock),),
+        routers=(
+            make_diag_router(DiagFolder(Path(config.recording.folder)).save, clock=clock),
+            make_runs_router(training.run),
+        ),
     )  # fmt: skip
     with stop_signal() as stopping:
         server.start()
         try:
+            training.__enter__()
             system.__enter__()
             click.echo(f"cathxr runs on {_described(source, config)}. Ctrl-C ends it.")
             click.echo(access_text(server, asked_port=chosen.port))
@@ -122,6 +141,7 @@ def serve(source: str, config: Config, *, publish_truth: bool = False) -> None:
             closing = threading.Thread(target=server.stop, name="stop-server")
             closing.start()
             ended = system.stop()
+            ended = training.close() and ended
             closing.join()
     click.echo("Stopped.")
     leave(ended=ended)
@@ -178,7 +198,7 @@ def _with_run_options(
     )
 
 
-def prepare(rig: Any, method: str) -> None:
+def prepare(method: str) -> None:
     """Compile what is not compiled yet, and say so when that takes a while."""
     import cv2
 
@@ -187,7 +207,7 @@ def prepare(rig: Any, method: str) -> None:
     # Each thread here is busy with its own camera: OpenCV's own threads would only take the cores from the others.
     cv2.setNumThreads(1)
     with said_when_compiling():
-        warm_up(rig, method=method)
+        warm_up(method=method)
     # What is loaded now stays: the collector need not walk through it again and again while Tracks wait.
     gc.collect()
     gc.freeze()

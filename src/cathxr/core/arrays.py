@@ -1,5 +1,6 @@
 """Checks that turn what a caller gives into read-only arrays of a stated shape."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,13 +18,19 @@ def checked(name: str, values: Any, shape: Sequence[int | None]) -> FloatArray:
         ValueError: the shape differs or a value is not finite.
     """
     array = np.array(values, dtype=np.float64)
-    fits = array.ndim == len(shape) and all(
-        want is None or want == got for want, got in zip(shape, array.shape, strict=False)
-    )
-    if not fits:
-        wanted = tuple("N" if want is None else want for want in shape)
-        raise ValueError(f"{name}: expected shape {wanted}, got {array.shape}")
-    if not np.isfinite(array).all():
+    if len(array.shape) != len(shape):
+        raise _shaped(name, shape, array)
+    for want, got in zip(shape, array.shape, strict=True):
+        if want is not None and want != got:
+            raise _shaped(name, shape, array)
+    # a sum of squares is finite where all values are, but for huge ones: one quick look instead of three
+    flat = array.ravel()
+    if not math.isfinite(flat.dot(flat)) and not np.isfinite(array).all():
         raise ValueError(f"{name}: expected finite numbers, got NaN or infinity")
     array.setflags(write=False)
     return array
+
+
+def _shaped(name: str, shape: Sequence[int | None], array: FloatArray) -> ValueError:
+    wanted = tuple("N" if want is None else want for want in shape)
+    return ValueError(f"{name}: expected shape {wanted}, got {array.shape}")

@@ -122,7 +122,8 @@ class Detection:
             object.__setattr__(self, "tip_px", checked("tip_px", self.tip_px, (2,)))
         if self.tip_sigma_px is not None and not (np.isfinite(self.tip_sigma_px) and self.tip_sigma_px >= 0):
             raise ValueError(f"tip_sigma_px: expected a finite number of at least 0, got {self.tip_sigma_px}")
-        if any((each < 0).any() for each in (self.sigma_px, self.half_width_px, self.end_sigma_px)):
+        least = min(each.min(initial=0.0) for each in (self.sigma_px, self.half_width_px, self.end_sigma_px))
+        if least < 0:
             raise ValueError("Detection: expected sigmas and half widths of at least 0")
         found = self.reason is None
         given = (self.tip_px is not None, self.tip_sigma_px is not None, count > 0)

@@ -32,6 +32,15 @@ class CameraModel:
         return self.camera_from_box.inverse().translation_mm
 
     @cached_property
+    def numbers(self) -> FloatArray:
+        """The model's numbers (21,) as compiled code takes them: see `camera_kernels.packed`."""
+        inner, outer = self.intrinsics, self.camera_from_box
+        lens = np.concatenate([inner.focal_px, inner.centre_px, inner.distortion])
+        result = camera_kernels.packed(outer.rotation, outer.translation_mm, lens)
+        result.setflags(write=False)
+        return result
+
+    @cached_property
     def _rotation(self) -> FloatArray:
         return self.camera_from_box.rotation
 

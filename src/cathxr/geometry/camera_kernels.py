@@ -17,30 +17,57 @@ def project_one(  # type: ignore[no-untyped-def]
 
     Where the depth is not positive the other results mean nothing.
     """
-    cx = rotation[0, 0] * px + rotation[0, 1] * py + rotation[0, 2] * pz + translation[0]
-    cy = rotation[1, 0] * px + rotation[1, 1] * py + rotation[1, 2] * pz + translation[1]
-    cz = rotation[2, 0] * px + rotation[2, 1] * py + rotation[2, 2] * pz + translation[2]
+    first = (rotation[0, 0], rotation[0, 1], rotation[0, 2])
+    second = (rotation[1, 0], rotation[1, 1], rotation[1, 2])
+    third = (rotation[2, 0], rotation[2, 1], rotation[2, 2])
+    cx = first[0] * px + first[1] * py + first[2] * pz + translation[0]
+    cy = second[0] * px + second[1] * py + second[2] * pz + translation[1]
+    cz = third[0] * px + third[1] * py + third[2] * pz + translation[2]
+    lens = (distortion[0], distortion[1], distortion[2], distortion[3], distortion[4])
+    return _seen(cx, cy, cz, first, second, third, focal[0], focal[1], centre[0], centre[1], lens)
+
+
+@njit(cache=True, nogil=True)
+def project_row(px, py, pz, row):  # type: ignore[no-untyped-def]
+    """Return `project_one` of a camera's numbers (21,), see `packed`: views of parts of them would cost more time."""
+    first, second, third = (row[0], row[1], row[2]), (row[3], row[4], row[5]), (row[6], row[7], row[8])
+    cx = first[0] * px + first[1] * py + first[2] * pz + row[9]
+    cy = second[0] * px + second[1] * py + second[2] * pz + row[10]
+    cz = third[0] * px + third[1] * py + third[2] * pz + row[11]
+    lens = (row[16], row[17], row[18], row[19], row[20])
+    return _seen(cx, cy, cz, first, second, third, row[12], row[13], row[14], row[15], lens)
+
+
+@njit(cache=True, nogil=True)
+def _seen(cx, cy, cz, first, second, third, fx, fy, ux, uy, lens):  # type: ignore[no-untyped-def]
+    """Return `project_one` of a point of the camera's frame; first, second, third: the rotation's rows."""
     if cz <= 0.0:
         return 0.0, 0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), cz
-    k1, k2, p1, p2, k3 = distortion[0], distortion[1], distortion[2], distortion[3], distortion[4]
-    x = cx / cz
-    y = cy / cz
+    k1, k2, p1, p2, k3 = lens
+    near = 1.0 / cz
+    x = cx * near
+    y = cy * near
     r2 = x * x + y * y
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
     slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3)
-    u = focal[0] * (x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)) + centre[0]
-    v = focal[1] * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y) + centre[1]
+    u = fx * (x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)) + ux
+    v = fy * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y) + uy
     cross = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-    xx = focal[0] * (radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x)
-    yy = focal[1] * (radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x)
-    xy = focal[0] * cross
-    yx = focal[1] * cross
-    x0, y0 = (rotation[0, 0] - x * rotation[2, 0]) / cz, (rotation[1, 0] - y * rotation[2, 0]) / cz
-    x1, y1 = (rotation[0, 1] - x * rotation[2, 1]) / cz, (rotation[1, 1] - y * rotation[2, 1]) / cz
-    x2, y2 = (rotation[0, 2] - x * rotation[2, 2]) / cz, (rotation[1, 2] - y * rotation[2, 2]) / cz
+    xx = fx * (radial + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x) * near
+    yy = fy * (radial + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x) * near
+    xy = fx * cross * near
+    yx = fy * cross * near
+    x0, y0 = first[0] - x * third[0], second[0] - y * third[0]
+    x1, y1 = first[1] - x * third[1], second[1] - y * third[1]
+    x2, y2 = first[2] - x * third[2], second[2] - y * third[2]
     by_u = (xx * x0 + xy * y0, xx * x1 + xy * y1, xx * x2 + xy * y2)
     by_v = (yx * x0 + yy * y0, yx * x1 + yy * y1, yx * x2 + yy * y2)
     return u, v, by_u, by_v, cz
+
+
+def packed(rotation: FloatArray, translation: FloatArray, intrinsics: FloatArray) -> FloatArray:
+    """Return one camera's numbers (21,): rotation (9), translation (3), focal, centre, distortion (9)."""
+    return np.concatenate([rotation.reshape(-1), translation, intrinsics])
 
 
 @njit(cache=True, nogil=True)

@@ -4,7 +4,14 @@ import numpy as np
 from numba import njit
 
 from cathxr.core import FloatArray, Pose
-from cathxr.geometry.pose import frame_from_tangent, turned_about_z
+from cathxr.geometry import curve_kernels
+from cathxr.geometry.pose import frame_from_tangent
+
+_REASONS = {
+    curve_kernels.COINCIDE: "points: expected distinct neighbours",
+    curve_kernels.TURNS_BACK: "points: expected a curve that does not turn back on itself",
+    curve_kernels.PARALLEL: "reference: expected a direction that is not parallel to the tangent",
+}
 
 
 def arc_length(points: FloatArray) -> FloatArray:
@@ -21,12 +28,9 @@ def resampled(points: FloatArray, count: int) -> FloatArray:
     """
     if count < 2 or len(points) < 2:
         raise ValueError(f"points: expected at least 2 points in and out, got {len(points)} in and {count} out")
-    along = arc_length(points)
-    if not along[-1] > 0:
+    result = np.empty((count, points.shape[1]))
+    if not curve_kernels.resample(np.ascontiguousarray(points, dtype=np.float64), result) > 0:
         raise ValueError("points: expected a curve with a length, got one of length 0")
-    wanted = np.linspace(0.0, along[-1], count)
-    result = np.column_stack([np.interp(wanted, along, axis) for axis in np.asarray(points).T])
-    result[0], result[-1] = points[0], points[-1]
     return result
 
 
@@ -98,8 +102,13 @@ def tip_pose(shape_box: FloatArray, *, zero_direction: FloatArray, roll_rad: flo
     The frame at the entry has z along the insertion and x along `zero_direction` made normal to it; it is carried to
     the tip by parallel transport and turned by `roll_rad` about the tangent. Assumes no torsion from gearbox to tip.
     """
-    from_entry = np.ascontiguousarray(shape_box[::-1])
-    along = tangents(from_entry)
-    normals = transported(from_entry, along, zero_direction)
-    rotation = turned_about_z(frame_from_tangent(along[-1], normals[-1]), roll_rad)
-    return Pose.from_matrix(rotation, shape_box[0])
+    shape = np.ascontiguousarray(shape_box, dtype=np.float64)
+    if len(shape) < 2:
+        raise ValueError(f"points: expected at least 2, got {len(shape)}")
+    frame = np.empty((3, 3))
+    code = curve_kernels.tip_frame(shape, np.asarray(zero_direction, dtype=np.float64), roll_rad, frame)
+    if code != curve_kernels.GOOD:
+        raise ValueError(_REASONS[code])
+    quaternion = np.empty(4)
+    curve_kernels.quaternion_of(frame, quaternion)
+    return Pose(quaternion, shape[0])

@@ -16,7 +16,8 @@ from scipy.special import ndtr, ndtri
 from cathxr.core import DataError, FloatArray
 from cathxr.heart.acoustic_codes import AcousticVolume, codes_of, encoded
 from cathxr.heart.anatomy import CATALOGUE
-from cathxr.heart.facing import Mask, box_around, boxes_of, coverage, cropped
+from cathxr.heart.boxes import Mask, box_around
+from cathxr.heart.facing import boxes_of, coverage, cropped
 from cathxr.heart.model import Opening
 from cathxr.heart.resample import Float32, sampler
 from cathxr.heart.shell import Pool, shell_codes, stub_distance, wall_of

@@ -10,7 +10,8 @@ from scipy import ndimage
 
 from cathxr.core import DataError, FloatArray
 from cathxr.heart.anatomy import CATALOGUE
-from cathxr.heart.facing import Box, Mask, bridged, common_box, cropped
+from cathxr.heart.boxes import Box, Mask
+from cathxr.heart.facing import bridged, common_box, cropped
 from cathxr.heart.lumen import lumen
 from cathxr.heart.model import HeartSource, Opening
 from cathxr.heart.openings import Places, find_places

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cathxr.core import DataError
-from cathxr.heart.facing import box_around
+from cathxr.heart.boxes import box_around
 from cathxr.heart.volume import Grid, LabelVolume
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from scipy import ndimage
 
 from cathxr.core import FloatArray
-from cathxr.heart.facing import Mask, bridged, common_box, cropped, facing_patches, where
+from cathxr.heart.boxes import Mask
+from cathxr.heart.facing import bridged, common_box, cropped, facing_patches, where
 from cathxr.heart.model import Landmark, Opening
 from cathxr.heart.volume import LabelVolume
 

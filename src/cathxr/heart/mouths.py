@@ -7,7 +7,8 @@ from scipy import ndimage
 
 from cathxr.core import FloatArray
 from cathxr.heart.away import Float32, away_from
-from cathxr.heart.facing import Box, Mask, Patch, box_around, coverage, cropped, facing_patches, where
+from cathxr.heart.boxes import Box, Mask, box_around
+from cathxr.heart.facing import Patch, coverage, cropped, facing_patches, where
 from cathxr.heart.volume import Grid
 
 _STEP_MM = 1.0

@@ -13,11 +13,10 @@ import numpy as np
 
 from cathxr.core import FloatArray
 from cathxr.heart.anatomy import CATALOGUE
+from cathxr.heart.boxes import Mask, box_around
 from cathxr.heart.facing import (
-    Mask,
     Patch,
     boundary_patches,
-    box_around,
     bridged,
     common_box,
     cropped,

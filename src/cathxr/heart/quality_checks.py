@@ -8,7 +8,8 @@ from scipy.spatial import cKDTree
 
 from cathxr.core import FloatArray
 from cathxr.heart.anatomy import CATALOGUE
-from cathxr.heart.facing import box_around, cropped
+from cathxr.heart.boxes import box_around
+from cathxr.heart.facing import cropped
 from cathxr.heart.made import Made
 from cathxr.heart.surfaces import PartSurface
 from cathxr.heart.surfaces.distance import distances_mm, sampled

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cathxr.core import FloatArray
-from cathxr.heart.facing import Mask
+from cathxr.heart.boxes import Mask
 from cathxr.heart.model import Opening
 from cathxr.heart.volume import Grid
 

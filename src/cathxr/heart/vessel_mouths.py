@@ -8,7 +8,8 @@ from scipy import ndimage
 
 from cathxr.core import FloatArray
 from cathxr.heart.away import away_from
-from cathxr.heart.facing import Mask, Patch, boundary_patches, box_around, bridged, common_box, cropped, facing_patches
+from cathxr.heart.boxes import Mask, box_around
+from cathxr.heart.facing import Patch, boundary_patches, bridged, common_box, cropped, facing_patches
 from cathxr.heart.mouths import Mouth, bare_patches, tubes
 from cathxr.heart.volume import Grid, LabelVolume, Volume
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from scipy.special import chdtrc, fdtrc
 
 from cathxr.core import FloatArray
+from cathxr.registration.chances import chi_square_beyond, f_beyond
 from cathxr.registration.degeneracy import size_ratio
 from cathxr.registration.fit import Fit, Points, closed_form, jacobian
 from cathxr.registration.model import Kind, LandmarkPair
@@ -51,7 +51,7 @@ def best_swap(points: Points, kind: Kind) -> Swap | None:
     squares = [_squares(points.box, points.ct[list(order)], kind) for order in orders]
     best = int(np.argmin(squares))
     fre, swapped = (float(np.sqrt(each / count)) for each in (now, squares[best]))
-    chance = float(fdtrc(spare, spare, now / max(squares[best], 1e-12))) * len(orders)
+    chance = f_beyond(spare, spare, now / max(squares[best], 1e-12)) * len(orders)
     if chance > _CHANCE or fre - swapped < _LEAST_GAIN_MM:
         return None
     return Swap(orders[best], fre, swapped)
@@ -156,8 +156,8 @@ def _chance(points: Points, index: int, kind: Kind, without: Fit, off: FloatArra
     spread = own + move @ np.linalg.solve(without.information, move.T)
     distance = float(off @ np.linalg.solve(spread, off))
     if without.open_variance is None:
-        return float(chdtrc(3, distance / max(1.0, without.misfit / max(1, without.spare))))
-    return float(fdtrc(3, without.spare, distance / 3.0))
+        return chi_square_beyond(3, distance / max(1.0, without.misfit / max(1, without.spare)))
+    return f_beyond(3, without.spare, distance / 3.0)
 
 
 def _size_doubts(points: Points, kind: Kind, fit: Fit) -> list[Doubt]:
@@ -188,7 +188,7 @@ def _size_doubts(points: Points, kind: Kind, fit: Fit) -> list[Doubt]:
 
 def _stated_doubts(points: Points, fit: Fit) -> list[Doubt]:
     """Return a doubt where the errors that were stated do not explain the residuals."""
-    if points.open.any() or fit.spare < 1 or chdtrc(fit.spare, fit.misfit) > _CHANCE:
+    if points.open.any() or fit.spare < 1 or chi_square_beyond(fit.spare, fit.misfit) > _CHANCE:
         return []
     factor = float(np.sqrt(fit.misfit / fit.spare))
     return [

@@ -4,7 +4,7 @@ import contextlib
 import datetime
 import os
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -73,14 +73,23 @@ def read_registration(path: Path | str) -> Registration:
     except UnicodeDecodeError as error:
         raise ConfigError(f"{file} is not UTF-8 text; save it as UTF-8.") from error
     try:
-        document = _Document.model_validate(tomllib.loads(text))
-        return _registration(document)
+        return registration_from_table(tomllib.loads(text), name=str(file))
     except tomllib.TOMLDecodeError as error:
         raise ConfigError(f"{file} is not valid TOML: {error}.") from error
+
+
+def registration_from_table(values: Mapping[str, Any], *, name: str) -> Registration:
+    """Return the registration in a parsed registration.toml, such as a session's copy; `name` is what errors name.
+
+    Raises:
+        ConfigError: a key is missing, unknown, or has a value it cannot have.
+    """
+    try:
+        return _registration(_Document.model_validate(values))
     except ValidationError as error:
-        raise ConfigError(f"{file}: {_first_fault(error)}. The format is in docs/formats.md.") from error
+        raise ConfigError(f"{name}: {_first_fault(error)}. The format is in docs/formats.md.") from error
     except ValueError as error:
-        raise ConfigError(f"{file}: {error}. The format is in docs/formats.md.") from error
+        raise ConfigError(f"{name}: {error}. The format is in docs/formats.md.") from error
 
 
 def write_registration(path: Path | str, registration: Registration) -> None:

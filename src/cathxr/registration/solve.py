@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import chdtrc
 
 from cathxr.core import FloatArray, Pose, RegistrationError
+from cathxr.registration.chances import chi_square_beyond
 from cathxr.registration.degeneracy import check_configuration, check_handedness
 from cathxr.registration.doubts import Doubt, best_swap, find_doubts, swap_doubt
 from cathxr.registration.errors import condition_number, held_out_fits, held_out_mm, predicted_tre_mm
@@ -122,7 +122,7 @@ def _covariance(points: Points, fit: Fit) -> FloatArray | None:
     if points.open.any() and fit.spare < 1:
         return None
     covariance = np.linalg.inv(fit.information)
-    if not points.open.any() and fit.spare >= 1 and chdtrc(fit.spare, fit.misfit) < _CHANCE:
+    if not points.open.any() and fit.spare >= 1 and chi_square_beyond(fit.spare, fit.misfit) < _CHANCE:
         covariance = covariance * (fit.misfit / fit.spare)
     return np.asarray(0.5 * (covariance + covariance.T))
 

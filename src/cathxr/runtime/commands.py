@@ -41,6 +41,11 @@ class Commands:
         """Carry out `command` when asked for `name`."""
         self._commands[name] = command
 
+    def wrap(self, name: str, by: Callable[[str, Command], Command]) -> None:
+        """Put what `by` makes of a command that is there into its place."""
+        if name in self._commands:
+            self._commands[name] = by(name, self._commands[name])
+
     def handle(self, name: str, args: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the answer to a command, JSON-able.
 

@@ -162,6 +162,19 @@ class LiveSystem:
         if event.kind.startswith("recording_"):
             self.recordings.write(self._recorder.state())
 
+    @property
+    def commands(self) -> Commands:
+        """What operators may ask for; more may be added."""
+        return self._commands
+
+    def start_recording(self, name: str) -> None:
+        """Begin a recording in a folder of that name, which may lie inside another one's. Raises CathxrError."""
+        self._recorder.begin(name)
+
+    def stop_recording(self) -> Mapping[str, Any]:
+        """End the recording and return how it went. Raises ConfigError where none runs."""
+        return self._recorder.stop({})
+
     def handle(self, name: str, args: Mapping[str, Any]) -> Mapping[str, Any]:
         """Return the answer to an operator's command; see `Commands.handle` for what it raises."""
         return self._commands.handle(name, args)

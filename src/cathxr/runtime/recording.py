@@ -89,7 +89,18 @@ class Recordings:
         if self._open_session is None:
             raise ConfigError(self._refusal)
         name = _checked_name(args.get("name"))
+        self.begin(name)
+        return {"name": name}
+
+    def begin(self, name: str) -> None:
+        """Begin a recording in a folder of that name.
+
+        Raises:
+            CathxrError: as `start`; a name is taken as it is.
+        """
         open_session = self._open_session
+        if open_session is None:
+            raise ConfigError(self._refusal)
         with self._lock:
             if self._recorder is not None:
                 raise ConfigError(f"The recording {self._name} runs already: stop it first.")
@@ -104,7 +115,6 @@ class Recordings:
             self._recorder, self._name, self._started_ns = recorder, name, self._clock.now_ns()
             self._request_reset()  # only now: whoever is told of the reset finds the recorder
         self._announce(Event(self._clock.now_ns(), "recording_started", {"name": name}))
-        return {"name": name}
 
     def stop(self, args: Mapping[str, Any]) -> Mapping[str, Any]:
         """End the recording; returns its name, length, pairs and losses, and whether all is written already.

@@ -13,7 +13,6 @@ from cathxr.storage.session_json import Item, Picture, decoded
 from cathxr.storage.session_schemas import TOPICS
 from cathxr.storage.session_writer import DESCRIPTION, LOG, SCHEMA
 from cathxr.storage.toml_table import Table, parsed, read_text
-from cathxr.storage.video import Video
 
 _Kind = TypeVar("_Kind", Reading, Observation, Track, Event, Health, Picture)
 
@@ -124,6 +123,8 @@ class SessionReader:
         path = self.folder / f"{camera}.mkv"
         if not path.is_file():
             return
+        from cathxr.storage.video import Video  # here: FFmpeg takes a while to load
+
         by_frame = {each.frame: each for each in self.pictures() if each.camera == camera}
         try:
             for frame, pixels in enumerate(Video(path, is_steady=True)):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import tomli_w
 from mcap.writer import CompressionType, Writer
@@ -19,7 +19,9 @@ from cathxr.storage.atomic import os_reason, written_whole
 from cathxr.storage.rig_file import rig_to_text
 from cathxr.storage.session_schemas import SCHEMAS
 from cathxr.storage.toml_table import parsed
-from cathxr.storage.video import LosslessVideo
+
+if TYPE_CHECKING:
+    from cathxr.storage.video import LosslessVideo
 
 SCHEMA = "cathxr-session/1"
 DESCRIPTION, LOG = "session.toml", "session.mcap"
@@ -175,7 +177,10 @@ class SessionWriter:
         schema = self._log.register_schema(f"cathxr.{title}", "jsonschema", to.encoded(SCHEMAS[topic]))
         return self._log.register_channel(topic, "json", schema)
 
-    def _begin_video(self, image: Image) -> LosslessVideo:
+    def _begin_video(self, image: Image) -> "LosslessVideo":
+        # Imported here: FFmpeg takes a while to load, and most sessions have no video.
+        from cathxr.storage.video import LosslessVideo
+
         camera = self._rig.cameras.get(image.camera)
         if camera is None:
             raise DataError(f"{self.folder}: expected pictures of the rig's cameras, got one of {image.camera!r}.")

@@ -3,12 +3,10 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
-from cathxr.core import Detection
-from cathxr.geometry import CameraModel
-from cathxr.tracking.fit import LEAST_OUTLINE, CurveFit
+from cathxr.core import Detection, FloatArray
+from cathxr.tracking.fit import CurveFit
 from cathxr.tracking.judge_kernels import agreement, tip_variance
+from cathxr.tracking.pair_work import LEAST_OUTLINE, PairWork
 
 RESOLVED_MM = 0.4
 """A tip less sure than this is not where both pictures show it, but where the curve's smoothness puts it."""
@@ -30,39 +28,40 @@ _LEAST_CAP = 3
 """So many points of the outline on the rounded end show where it is."""
 _CONTAINED_RADII = 1.0
 """Where its outline does not show the tip, it lies in the silhouette: as near as this to the measured midline."""
-_DENSE = np.linspace(0.0, 1.0, 100)
 
 
 def judged(
-    cameras: Sequence[CameraModel],
+    table: FloatArray,
     detections: Sequence[Detection],
-    fit: CurveFit,
+    work: PairWork,
+    fit: CurveFit | None,
     *,
     radius_mm: float,
     without: int | None = None,
 ) -> tuple[str | None, float]:
     """Return why a fit cannot be what the pictures show (None when it can) and its tip's sigma, mm.
 
-    without: the view whose end's outline had no part in the fit. sigma: root of the trace of the covariance from
-    pictures and prior. Where the end's outline fits worse than its own sigma says, all that follows is as much less
-    sure; where a view does not show the end, only the curve's smoothness places it.
+    table: see `fit.camera_table`; work: holds what the detections measured; fit: None for one that ran away. without:
+    the view whose end's outline had no part in the fit. sigma: root of the trace of the covariance from pictures and
+    prior. Where the end's outline fits worse than its own sigma says, all that follows is as much less sure; where a
+    view does not show the end, only the curve's smoothness places it.
     """
-    if not np.isfinite(fit.control).all():
+    if fit is None:
         return "the two views disagree", math.inf
-    curve = fit.points(_DENSE)
     outlined = any(len(each.end_px) >= LEAST_OUTLINE for each in detections)
     reason = None
     clear, unseen, excess = not outlined, False, 1.0
     thinnest = math.inf
-    for view, (camera, each) in enumerate(zip(cameras, detections, strict=True)):
-        try:
-            line = camera.project_with_jacobian(curve)[0]
-        except ValueError:
-            return "the two views disagree", math.inf
+    first = begin = 0
+    for view, each in enumerate(detections):
+        stop, end = first + len(each.curve_px), begin + len(each.end_px)
         radius, added, away, inside, share, on_cap, own_excess = agreement(
-            line, each.curve_px, each.half_width_px, fit.ends_off_px[view], each.end_sigma_px, fit.caps[view],
-            _OUTLINE_PX,
+            fit.spans, fit.control, table, view, (first, stop), (begin, end), fit.end_off_px, fit.caps, _OUTLINE_PX,
+            work.arrays,
         )  # fmt: skip
+        first, begin = stop, end
+        if radius < 0.0:
+            return "the two views disagree", math.inf
         thinnest = min(thinnest, radius)
         if view != without:
             unseen = unseen or (outlined and on_cap < _SEEN_CAP)
@@ -83,6 +82,6 @@ def judged(
         reason = reason or "the tip is not seen clearly"
     if fit.rms_px > max(2.0, 0.6 * thinnest) or fit.tip_gap_px > max(4.0, 1.2 * thinnest):
         reason = f"the two views disagree by {min(max(fit.rms_px, fit.tip_gap_px), 9999.0):.1f} px"
-    variance = float(tip_variance(fit.basis.spans, fit.control, fit.information, radius_mm)) * excess
+    variance = tip_variance(fit.spans, fit.control, fit.factor, radius_mm, work.arrays.gain) * excess
     sigma = math.sqrt(variance) * _CORRELATION if variance >= 0.0 else math.inf
     return reason, max(sigma, _UNSEEN_MM) if unseen else sigma

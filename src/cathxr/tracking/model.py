@@ -3,23 +3,27 @@
 import math
 from copy import copy
 
-import numpy as np
-
 from cathxr.core import Detection, FloatArray, Observation, Rig, Status, Track
 from cathxr.geometry import CameraModel, resampled, tip_pose
-from cathxr.geometry.calibration_error import camera_errors, point_covariance
+from cathxr.geometry.calibration_error import camera_errors
+from cathxr.geometry.calibration_table import CalibrationTable
 from cathxr.geometry.roll import tip_roll_rad
-from cathxr.tracking.continuity import Continuity, missing_reason
-from cathxr.tracking.fit import ALIGNED, HIDDEN_MM, CurveFit, camera_table
+from cathxr.tracking.centreline import NOT_INSERTED, NOT_SEEN, centreline, curve_room
+from cathxr.tracking.continuity import COAST_SPEED_MM_S, Continuity, missing_reason
+from cathxr.tracking.fit import camera_table
 from cathxr.tracking.judge import RESOLVED_MM
+from cathxr.tracking.pair_work import PairWork
 from cathxr.tracking.prediction import Prediction
+from cathxr.tracking.skew import SKEW_NS
 from cathxr.tracking.solve import Solution, solved
 
-_DENSE = 240
 _PASSING = ("no catheter", "more than one thing looks like a catheter")
 """Reasons of one view that pass: the other says that the catheter is still there."""
-_SAME_CALIBRATION_MM = 3.0
-_LONGEST_FOLD_MM = 5.0
+
+_STAMP_S = 0.2e-3
+"""A picture's instant is known to about this: by its stamp, and by which of its rows was open when."""
+_CHANGE_SHARE, _STEADY_MM_S = 0.2, 2.0
+"""A speed is known to this share of its change from pair to pair, and to what the fits' own noise leaves."""
 
 
 class ModelTracker:
@@ -32,27 +36,27 @@ class ModelTracker:
         self._cameras = [CameraModel.of(rig.cameras[name]) for name in self._names]
         self._table = camera_table(self._cameras)
         errors = camera_errors(rig)
-        self._errors = [errors[name] for name in self._names]
+        self._calibration = CalibrationTable([errors[name] for name in self._names], rig.roi)
         self._radius = 0.5 * rig.catheter.diameter_mm
         self._zero, self._roll = rig.zero_direction, rig.roll
         self._points = points
         self._continuity = Continuity()
         self._prediction = Prediction()
-        self._calibrated: tuple[FloatArray, float] | None = None
+        self._work = PairWork()
+        self._curve = curve_room()
 
     def reset(self) -> None:
         """Forget what came before."""
         self._continuity.reset()
         self._prediction.reset()
-        self._calibrated = None
 
     def update(self, observation: Observation) -> Track:
         """Return the Track of one observation."""
-        before = copy(self._continuity), copy(self._prediction), self._calibrated
+        before = copy(self._continuity), copy(self._prediction)
         track = self._updated(observation)
         if observation.predicted and track.status is not Status.TRACKED:
             # what lies near the prediction is no catheter: the pair will be read whole
-            self._continuity, self._prediction, self._calibrated = before
+            self._continuity, self._prediction = before
         return track
 
     def _updated(self, observation: Observation) -> Track:
@@ -74,7 +78,7 @@ class ModelTracker:
         if isinstance(result, str):
             # both pictures show something: the next pair is looked for where the last good one says
             return self._continuity.coasting(observation, result)
-        solution, shape = result
+        solution, shape, timing_mm = result
         roll = observation.roll_rad
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
         reason = ""
@@ -91,80 +95,51 @@ class ModelTracker:
             box_from_tip=tip_pose(shape, zero_direction=self._zero, roll_rad=turn),
             roll_rad=roll,
             roll_predicted=observation.roll_predicted,
-            sigma_mm=math.hypot(solution.sigma_mm, self._calibration_mm(shape[0])),
+            sigma_mm=math.hypot(solution.sigma_mm, self._calibration.sigma_mm(shape[0]), timing_mm),
         )
         return track if reason else self._continuity.tracked(track)
 
-    def _calibration_mm(self, tip_box: FloatArray) -> float:
-        """Return the calibration's part of a tip's sigma; it changes so slowly over the box that it is kept."""
-        if self._calibrated is None or math.dist(self._calibrated[0], tip_box) > _SAME_CALIBRATION_MM:
-            self._calibrated = (tip_box, float(np.sqrt(np.trace(point_covariance(self._errors, tip_box)))))
-        return self._calibrated[1]
+    def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray, float] | str:
+        """Return the fit, its centreline (N, 3) mm, tip first, and the tip's error by timing, mm, or why there is none.
 
-    def _solved(self, t_ns: int, detections: list[Detection]) -> tuple[Solution, FloatArray] | str:
-        """Return the fit and its centreline (N, 3) mm, tip first, or why there is none."""
-        predicted = self._prediction.guess(t_ns, self._cameras, detections)
-        solution = solved(self._cameras, self._table, detections, radius_mm=self._radius, predicted=predicted)
+        The array is the next one's.
+        """
+        solution = self._fitted(t_ns, detections, None)
         if isinstance(solution, str):
             return solution
-        fit = solution.fit
-        shape = self._shape(fit)
-        if isinstance(shape, str):
-            return shape
-        self._prediction.learn(t_ns, shape[1:])
-        return solution, shape
-
-    def _shape(self, fit: CurveFit) -> FloatArray | str:
-        """Return the curve (N, 3) mm from the tip (one radius beyond the cap's centre) to the entry at x = 0."""
-        curve = fit.points(np.linspace(0.0, 1.0, _DENSE))
-        outwards = curve[0] - curve[1]
-        tip = curve[0] + self._radius * outwards / np.linalg.norm(outwards)
-        dense = np.vstack([tip, curve])
-        behind = np.flatnonzero((dense[:-1, 0] > 0.0) & (dense[1:, 0] <= 0.0))
-        if behind.size:
-            last = int(behind[-1])
-            share = dense[last, 0] / (dense[last, 0] - dense[last + 1, 0])
-            entry = dense[last] + share * (dense[last + 1] - dense[last])
-            dense = np.vstack([dense[: last + 1], entry])
-        else:
-            dense = _unfolded(dense)
-            direction = _mean_direction(dense)
-            if dense[-1, 0] > HIDDEN_MM or direction[0] > -ALIGNED:
-                return "the catheter's beginning at the inlet is not seen"
-            if dense[-1, 0] > 1e-9:
-                dense = np.vstack([dense, dense[-1] - dense[-1, 0] / direction[0] * direction])
-        dense[-1, 0] = 0.0
-        if len(dense) < 3 or np.linalg.norm(np.diff(dense, axis=0), axis=1).sum() < self._radius:
+        count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
+        if count > 0 and any(abs(each.t_ns - t_ns) > SKEW_NS for each in detections):
+            better = self._fitted(t_ns, detections, self._curve[1:count])
+            if not isinstance(better, str):
+                solution = better
+                count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
+        if count == NOT_INSERTED:
             return "the catheter is not inserted"
-        distinct = np.concatenate([[True], np.linalg.norm(np.diff(dense, axis=0), axis=1) > 1e-6])
-        distinct[-1] = True
-        if np.linalg.norm(dense[-1] - dense[-2]) <= 1e-6:
-            distinct[-2] = False
-        return np.asarray(dense[distinct], dtype=np.float64)
+        if count == NOT_SEEN:
+            return "the catheter's beginning at the inlet is not seen"
+        shape = self._curve[:count]
+        timing_mm = self._timing_mm(t_ns, shape[1], max(abs(each.t_ns - t_ns) for each in detections))
+        self._prediction.learn(t_ns, shape[1:], detections)
+        return solution, shape, timing_mm
 
+    def _fitted(self, t_ns: int, detections: list[Detection], curve: FloatArray | None) -> Solution | str:
+        """Return a pair's fit or why there is none. curve: of a first fit, by which one view's instant is corrected."""
+        self._work.take(detections)
+        if curve is None:
+            predicted = self._prediction.guess(t_ns, self._table, detections, self._work)
+        else:
+            predicted = self._prediction.again(t_ns, curve, self._table, detections, self._work)
+        return solved(self._cameras, self._table, detections, self._work, radius_mm=self._radius, predicted=predicted)
 
-def _unfolded(dense: FloatArray) -> FloatArray:
-    """Return the curve (M, 3) without what turns back at its beginning, where the two views see it begin elsewhere.
+    def _timing_mm(self, t_ns: int, end_box: FloatArray, skew_ns: int) -> float:
+        """Return how unsure the tip is, mm, because it moves: (3,) mm, its rounded end's centre at an instant.
 
-    Such a fold is short and moves nothing else, but a frame carried around it would arrive upside down. As much again
-    before it goes too: that is the way into the fold.
-    """
-    steps = np.diff(dense, axis=0)
-    lengths = np.linalg.norm(steps, axis=1)
-    forwards = steps[:, 0] < -ALIGNED * lengths
-    for last in range(len(steps), max(2, len(dense) // 2), -1):
-        if forwards[last - 1]:
-            folded_mm = float(lengths[last:].sum())
-            if not 0.0 < folded_mm < _LONGEST_FOLD_MM:
-                return dense
-            before_mm = np.cumsum(lengths[:last][::-1])
-            return dense[: max(3, last + 1 - int(np.searchsorted(before_mm, folded_mm)))]
-    return dense
-
-
-def _mean_direction(dense: FloatArray) -> FloatArray:
-    """Return the unit direction of the curve's last five millimetres, towards the entry."""
-    behind = np.linalg.norm(dense - dense[-1], axis=1)
-    near = int(np.argmax(behind < 5.0))
-    chord = dense[-1] - dense[min(near, len(dense) - 2)]
-    return np.asarray(chord / np.linalg.norm(chord), dtype=np.float64)
+        A rolling shutter and a stamp are off by a fraction of a millisecond; one view's part in the tip is a half of
+        what its instant's correction may be off.
+        """
+        speed, change = self._prediction.tip_motion(t_ns, end_box)
+        skew_mm = 0.0
+        if skew_ns > SKEW_NS:
+            unsure = COAST_SPEED_MM_S if change is None else _CHANGE_SHARE * change + _STEADY_MM_S
+            skew_mm = 0.5e-9 * skew_ns * min(unsure, COAST_SPEED_MM_S)
+        return math.hypot(_STAMP_S * speed, skew_mm)

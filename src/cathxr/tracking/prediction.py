@@ -3,103 +3,145 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
 from cathxr.core import Detection, FloatArray
-from cathxr.geometry import CameraModel
+from cathxr.geometry.curve_kernels import carry_on, resample
 from cathxr.tracking.fit import Guess, guess_of
+from cathxr.tracking.guess_kernels import place
+from cathxr.tracking.pair_work import LINE_POINTS, PairWork
+from cathxr.tracking.skew import SKEW_NS, at_instant, shift_view
 
 _OLDEST_NS = 250_000_000
 _STEADY_NS = 100_000_000
 _FARTHEST_MM = 8.0
-_POINTS = 100
-_AHEAD = 30
-"""How many points of the curve a measured point may be ahead of the one before: across a stretch that is not seen."""
-_NEAR_WIDTHS = 1.5
+_Times = tuple[int, ...]
+"""When the pair was, and when each of its views was; empty for none."""
 
 
 class Prediction:
-    """Remembers the last two fitted curves and carries their motion on."""
+    """Remembers the last two fitted curves and carries their motion on.
 
-    def __init__(self) -> None:
-        self._last: tuple[int, FloatArray] | None = None
-        self._before: tuple[int, FloatArray] | None = None
+    A curve is kept as it is at the pair's instant and as it is at each view's own. Three curves' memory goes round:
+    what is learned takes the place of the third, so that a copy of this object made before holds what it held.
+    """
+
+    def __init__(self, views: int = 2) -> None:
+        self._rooms = tuple(np.zeros((1 + views, LINE_POINTS, 3)) for _ in range(3))
+        self._times: tuple[_Times, _Times] = ((), ())
+        self._expected = np.zeros((1 + views, LINE_POINTS, 3))
+        self._shift = np.zeros((views, LINE_POINTS, 3))
 
     def reset(self) -> None:
         """Forget what came before."""
-        self._last = self._before = None
+        self._times = ((), ())
 
-    def learn(self, t_ns: int, curve: FloatArray) -> None:
-        """Take over a fitted curve (N, 3) mm, the rounded end's centre first, the entry last."""
-        self._before, self._last = self._last, (t_ns, _even(curve))
+    def learn(self, t_ns: int, curve: FloatArray, detections: Sequence[Detection]) -> None:
+        """Take over the curve (N, 3) mm fitted to what the views measured: rounded end's centre first, entry last."""
+        last, before, spare = self._rooms
+        resample(np.ascontiguousarray(curve), spare[0])
+        for view, each in enumerate(detections):
+            spare[1 + view] = spare[0]
+            if _skewed(each, t_ns):
+                spare[1 + view] += self._shift[view]
+        self._rooms = (spare, last, before)
+        self._times = ((t_ns, *(each.t_ns for each in detections)), self._times[0])
 
-    def guess(self, t_ns: int, cameras: Sequence[CameraModel], detections: Sequence[Detection]) -> Guess | None:
-        """Return the start of the fit at an instant; None where nothing recent is known or it fits nothing."""
-        curve = self._curve(t_ns)
-        if curve is None:
+    def guess(self, t_ns: int, table: FloatArray, detections: Sequence[Detection], work: PairWork) -> Guess | None:
+        """Return the start of the fit at an instant; None where nothing recent is known or it fits nothing.
+
+        table: the cameras' numbers, see `fit.camera_table`; work: holds what the detections measured. What a view
+        measured at another instant is moved to this one.
+        """
+        self._shift[:] = 0.0
+        if not self._expect(0, t_ns):
             return None
-        starts_at = []
-        for camera, each in zip(cameras, detections, strict=True):
-            try:
-                line = camera.project_with_jacobian(curve)[0]
-            except ValueError:
+        for view, each in enumerate(detections):
+            if _skewed(each, t_ns):
+                if not self._expect(1 + view, each.t_ns):
+                    return None
+                self._shift[view] = self._expected[1 + view] - self._expected[0]
+        return self._placed(t_ns, table, detections, work)
+
+    def again(
+        self, t_ns: int, curve: FloatArray, table: FloatArray, detections: Sequence[Detection], work: PairWork
+    ) -> Guess | None:
+        """Return the start of another fit, now that the curve of the instant is known: its motion is known better.
+
+        curve (N, 3) mm: the rounded end's centre first, the entry last; the rest: see `guess`.
+        """
+        resample(np.ascontiguousarray(curve), self._expected[0])
+        last, before, _ = self._rooms
+        for view, each in enumerate(detections):
+            if _skewed(each, t_ns):
+                then, earlier = self._since(1 + view, each.t_ns)
+                late = 1e-9 * (each.t_ns - t_ns)
+                times = (late, then + late if then else 0.0, earlier + late if earlier else 0.0)
+                seen = self._expected[1 + view]
+                seen[:] = self._expected[0] + self._shift[view]
+                at_instant(seen, last[1 + view], before[1 + view], times, self._shift[view])
+                self._shift[view] = seen - self._shift[view]
+        return self._placed(t_ns, table, detections, work)
+
+    def tip_motion(self, t_ns: int, tip: FloatArray) -> tuple[float, float | None]:
+        """Return (speed, its change since the last pair), mm/s, of a rounded end's centre (3,) mm at an instant.
+
+        The speed is 0 and the change None where nothing recent is known of them.
+        """
+        then, earlier = self._since(0, t_ns)
+        if then == 0.0:
+            return 0.0, None
+        last, before, _ = self._rooms
+        velocity = (last[0, 0] - tip) / then
+        speed = float(np.sqrt(velocity @ velocity))
+        if earlier == 0.0:
+            return speed, None
+        change = velocity - (before[0, 0] - last[0, 0]) / (earlier - then)
+        return speed, float(np.sqrt(change @ change))
+
+    def _since(self, which: int, t_ns: int) -> tuple[float, float]:
+        """Return when the last two curves were, s from an instant and negative; 0 for what is too long ago.
+
+        which: 0 of the pair, 1 + v of view v.
+        """
+        last, before = self._times
+        if not last or not 0 < t_ns - last[which] <= _STEADY_NS:
+            return 0.0, 0.0
+        if not before or not 0 < last[which] - before[which] <= _STEADY_NS:
+            return 1e-9 * (last[which] - t_ns), 0.0
+        return 1e-9 * (last[which] - t_ns), 1e-9 * (before[which] - t_ns)
+
+    def _placed(self, t_ns: int, table: FloatArray, detections: Sequence[Detection], work: PairWork) -> Guess | None:
+        """Return the start of a fit at the curve expected."""
+        end, first, begin = 0.0, 0, 0
+        here = self._expected[0]
+        for view, each in enumerate(detections):
+            stop, until = first + len(each.curve_px), begin + len(each.end_px)
+            skewed = _skewed(each, t_ns)
+            there = self._expected[1 + view] if skewed else here
+            furthest = place(table[view], there, (first, stop), work.arrays)
+            if furthest < 0.0:
                 return None
-            near = _NEAR_WIDTHS * 2.0 * each.half_width_px[0]
-            starts_at.append(_places(line, each.curve_px, near))
-        end = max(float(each.max(initial=0.0)) for each in starts_at)
-        last = int(np.ceil(end * (_POINTS - 1)))
+            if skewed:
+                shift_view(table[view], self._shift[view], there, (first, stop), (begin, until), work.arrays)
+            end, first, begin = max(end, furthest), stop, until
+        last = int(np.ceil(end * (LINE_POINTS - 1)))
         if last < 3:
             return None
-        share = (_POINTS - 1) / last
-        return guess_of(curve[: last + 1], [np.where(each < 0.0, -1.0, each * share) for each in starts_at])
+        at = work.arrays.at[: work.points]
+        at[at > 0.0] *= (LINE_POINTS - 1) / last
+        return guess_of(here[: last + 1], at, work)
 
-    def _curve(self, t_ns: int) -> FloatArray | None:
-        if self._last is None or not 0 <= t_ns - self._last[0] <= _OLDEST_NS:
-            return None
-        then, curve = self._last
-        if self._before is None or not 0 < then - self._before[0] <= _STEADY_NS:
-            return curve
-        motion = (curve - self._before[1]) * ((t_ns - then) / (then - self._before[0]))
-        farthest = float(np.sqrt(np.square(motion).sum(axis=1).max()))
-        return np.asarray(curve + motion * min(1.0, _FARTHEST_MM / max(farthest, 1e-9)), dtype=np.float64)
-
-
-@njit(cache=True, nogil=True)
-def _even(curve):  # type: ignore[no-untyped-def]
-    """Return _POINTS points uniform in arc length along a curve (N, 3)."""
-    along = np.zeros(len(curve))
-    for i in range(1, len(curve)):
-        along[i] = along[i - 1] + np.sqrt(((curve[i] - curve[i - 1]) ** 2).sum())
-    result = np.empty((_POINTS, 3))
-    j = 0
-    for i in range(_POINTS):
-        wanted = along[-1] * i / (_POINTS - 1)
-        while j < len(curve) - 2 and along[j + 1] < wanted:
-            j += 1
-        share = min(max((wanted - along[j]) / max(along[j + 1] - along[j], 1e-12), 0.0), 1.0)
-        result[i] = curve[j] + share * (curve[j + 1] - curve[j])
-    return result
+    def _expect(self, which: int, t_ns: int) -> bool:
+        """Set the curve expected at an instant, of the pair (0) or of view v (1 + v); return whether there is one."""
+        (times, earlier), (last, before, _) = self._times, self._rooms
+        if not times or not 0 <= t_ns - times[which] <= _OLDEST_NS:
+            return False
+        ahead = 0.0
+        if earlier and 0 < times[which] - earlier[which] <= _STEADY_NS:
+            ahead = (t_ns - times[which]) / (times[which] - earlier[which])
+        carry_on(last[which], before[which], ahead, _FARTHEST_MM, self._expected[which])
+        return True
 
 
-@njit(cache=True, nogil=True)
-def _places(line, points, near):  # type: ignore[no-untyped-def]
-    """Return where (N,) along a line (M, 2) px each of the points (N, 2) lies, 0 to 1; -1 where farther than `near`.
-
-    The points follow the line: each is looked for from the one before on, so that a crossing misleads none.
-    """
-    count = len(line)
-    result = np.full(len(points), -1.0)
-    before = 0
-    for i in range(len(points)):
-        least = near * near
-        for j in range(max(before - 2, 0), min(before + _AHEAD, count - 1)):
-            dx, dy = line[j + 1, 0] - line[j, 0], line[j + 1, 1] - line[j, 1]
-            px, py = points[i, 0] - line[j, 0], points[i, 1] - line[j, 1]
-            share = min(max((px * dx + py * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
-            off = (px - share * dx) ** 2 + (py - share * dy) ** 2
-            if off < least:
-                least = off
-                result[i] = (j + share) / (count - 1)
-        if result[i] >= 0.0:
-            before = int(result[i] * (count - 1))
-    return result
+def _skewed(detection: Detection, t_ns: int) -> bool:
+    return abs(detection.t_ns - t_ns) > SKEW_NS

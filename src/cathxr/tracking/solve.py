@@ -11,6 +11,7 @@ from cathxr.geometry import CameraModel, nearest_to_rays
 from cathxr.tracking.fit import CurveFit, Guess, fit_curve, guess_of
 from cathxr.tracking.judge import RESOLVED_MM, judged
 from cathxr.tracking.matching import Matching, match, ray_distances
+from cathxr.tracking.pair_work import PairWork
 
 _MATCH_SIGMA_MM = 0.25
 _HIDDEN_POINTS = 3
@@ -30,19 +31,25 @@ def solved(
     cameras: Sequence[CameraModel],
     table: FloatArray,
     detections: Sequence[Detection],
+    work: PairWork,
     *,
     radius_mm: float,
     predicted: Guess | None = None,
 ) -> Solution | str:
     """Return the curve that both views show, or why there is none.
 
-    cameras and table: of the two views, see `fit.camera_table`; radius_mm: the catheter's; predicted: where the curve
-    should be, tried first.
+    cameras and table: of the two views, see `fit.camera_table`; work: holds what the detections measured; radius_mm:
+    the catheter's; predicted: where the curve should be, tried first.
     """
+
+    def tried(guess: Guess, without: int | None = None) -> tuple[CurveFit | None, str | None, float]:
+        """Return a guess's fit, what speaks against it, and its tip's sigma."""
+        fit = fit_curve(table, work, guess, radius_mm=radius_mm, without_end=without)
+        return fit, *judged(table, detections, work, fit, radius_mm=radius_mm, without=without)
+
     if predicted is not None:
-        fit = _fitted(table, detections, predicted, radius_mm=radius_mm)
-        reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm)
-        if reason is None and sigma <= RESOLVED_MM:
+        fit, reason, sigma = tried(predicted)
+        if fit is not None and reason is None and sigma <= RESOLVED_MM:
             return Solution(fit, sigma)
     try:
         rays = [camera.ray(each.curve_px) for camera, each in zip(cameras, detections, strict=True)]
@@ -52,7 +59,7 @@ def solved(
     matching = match(ray_distances(origins[0], rays[0], origins[1], rays[1]), _MATCH_SIGMA_MM)
     if len(matching.pairs) < 4:
         return "too little of the catheter is seen"
-    guesses = _guesses(cameras, detections, rays, matching)
+    guesses = _guesses(cameras, detections, rays, matching, work)
     if predicted is not None:
         guesses.append(predicted)
     if not guesses:
@@ -60,10 +67,9 @@ def solved(
     reasons: list[str] = []
     unresolved = []
     for guess in guesses:
-        fit = _fitted(table, detections, guess, radius_mm=radius_mm)
-        reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm)
-        if reason is not None:
-            reasons.append(reason)
+        fit, reason, sigma = tried(guess)
+        if fit is None or reason is not None:
+            reasons.append(reason or "the two views disagree")
         elif sigma <= RESOLVED_MM:
             return Solution(fit, sigma)
         else:
@@ -72,9 +78,8 @@ def solved(
     for guess in guesses:
         found = []
         for without, each in enumerate(detections):
-            fit = _fitted(table, detections, guess, radius_mm=radius_mm, without_end=without)
-            reason, sigma = judged(cameras, detections, fit, radius_mm=radius_mm, without=without)
-            if reason is None and sigma <= RESOLVED_MM:
+            fit, reason, sigma = tried(guess, without)
+            if fit is not None and reason is None and sigma <= RESOLVED_MM:
                 found.append(Solution(fit, sigma, each.camera))
         if len(found) == 1:
             return found[0]
@@ -83,24 +88,12 @@ def solved(
     return reasons[0]
 
 
-def _fitted(
-    table: FloatArray,
-    detections: Sequence[Detection],
-    guess: Guess,
-    *,
-    radius_mm: float,
-    without_end: int | None = None,
-) -> CurveFit:
-    """Return the fit; where it runs away, one whose control points are not finite, which `judged` turns down."""
-    try:
-        return fit_curve(table, detections, guess, radius_mm=radius_mm, without_end=without_end)
-    except np.linalg.LinAlgError:
-        nowhere = np.full_like(guess.control, np.inf)
-        return CurveFit(guess.basis, nowhere, np.eye(nowhere.size), np.inf, np.inf)
-
-
 def _guesses(
-    cameras: Sequence[CameraModel], detections: Sequence[Detection], rays: Sequence[FloatArray], matching: Matching
+    cameras: Sequence[CameraModel],
+    detections: Sequence[Detection],
+    rays: Sequence[FloatArray],
+    matching: Matching,
+    work: PairWork,
 ) -> list[Guess]:
     """Return first guesses, most likely first: where both views begin together, and with what only one of them sees."""
     pairs = matching.pairs
@@ -108,7 +101,7 @@ def _guesses(
     points = nearest_to_rays(origins, np.stack([rays[0][pairs[:, 0]], rays[1][pairs[:, 1]]]))
     if not all(bool((camera.to_camera(points)[:, 2] > 1.0).all()) for camera in cameras):
         return []
-    result = [_guess(points, pairs, detections)]
+    result = [_guess(points, pairs, detections, work)]
     alone = int(np.argmax(pairs[0]))
     count = int(pairs[0, alone])
     if count >= _HIDDEN_POINTS:
@@ -119,14 +112,16 @@ def _guesses(
         ahead = origins[alone] + seen * (depth / along)[:, None]
         own = np.full((count, 2), -1, dtype=np.int64)
         own[:, alone] = np.arange(count)
-        result.append(_guess(np.vstack([ahead, points]), np.vstack([own, pairs]), detections))
-    return result
+        result.append(_guess(np.vstack([ahead, points]), np.vstack([own, pairs]), detections, work))
+    return [each for each in result if each is not None]
 
 
-def _guess(points: FloatArray, pairs: NDArray[np.int64], detections: Sequence[Detection]) -> Guess:
+def _guess(
+    points: FloatArray, pairs: NDArray[np.int64], detections: Sequence[Detection], work: PairWork
+) -> Guess | None:
     start, fraction = thinned(points)
-    starts_at = tuple(_parameters(pairs[:, view], fraction, len(each.curve_px)) for view, each in enumerate(detections))
-    return guess_of(start, starts_at)
+    starts_at = [_parameters(pairs[:, view], fraction, len(each.curve_px)) for view, each in enumerate(detections)]
+    return guess_of(start, np.concatenate(starts_at), work)
 
 
 def thinned(points: FloatArray) -> tuple[FloatArray, FloatArray]:

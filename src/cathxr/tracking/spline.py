@@ -2,7 +2,6 @@
 
 import numpy as np
 from numba import njit
-from scipy.interpolate import BSpline
 
 from cathxr.core import FloatArray
 
@@ -34,37 +33,52 @@ class CubicBasis:
 
     def third_derivatives(self) -> FloatArray:
         """Return the third derivative (spans, count) of each piece, where it is constant."""
+        # each piece's slope is a quadratic: its second difference over a quarter is exact
+        step = 0.25 / self.spans
         middles = (np.arange(self.spans) + 0.5) / self.spans
-        spline = BSpline(self.knots, np.eye(self.count), DEGREE)
-        return np.asarray(spline.derivative(3)(middles), dtype=np.float64)
+        before, at, after = (self.slopes(middles + move) for move in (-step, 0.0, step))
+        return np.asarray((before - 2.0 * at + after) / step**2, dtype=np.float64)
+
+    def jerk_information(self) -> FloatArray:
+        """Return the information (count, 4) that third derivatives of unit sigma give: element (i, i - d) at (i, d)."""
+        jerk = self.third_derivatives()
+        whole = jerk.T @ jerk
+        result = np.zeros((self.count, DEGREE + 1))
+        for apart in range(DEGREE + 1):
+            result[apart:, apart] = np.diagonal(whole, -apart)
+        return result
+
+
+_PART = (1.0, 1.0, 0.5, 1.0 / 3.0)
+"""The inverse of how many spans lie between two knots: the end's knots coincide, no others."""
 
 
 @njit(cache=True, nogil=True)
 def cubic_pieces(spans, t):  # type: ignore[no-untyped-def]
-    """Return (first control point, 4 values, 4 slopes) of the basis functions alive at `t`: Cox-de Boor, unrolled."""
-    piece = min(max(int(t * spans), 0), spans - 1)
-    k1, k2, k3 = _knot(piece + 1, spans), _knot(piece + 2, spans), _knot(piece + 3, spans)
-    k4, k5, k6 = _knot(piece + 4, spans), _knot(piece + 5, spans), _knot(piece + 6, spans)
-    right = (t - k3) / (k4 - k3)
+    """Return (first control point, 4 values, 4 slopes) of the basis functions alive at `t`: Cox-de Boor, unrolled.
+
+    Counted in spans all knots are whole numbers, and what is divided by is one, two or three.
+    """
+    x = t * spans
+    piece = min(max(int(x), 0), spans - 1)
+    k1, k2, k4 = max(piece - 2, 0), max(piece - 1, 0), piece + 1
+    k5, k6 = min(piece + 2, spans), min(piece + 3, spans)
+    right = x - piece
     left = 1.0 - right
-    q0 = (k4 - t) / (k4 - k2) * left
-    q1 = (t - k2) / (k4 - k2) * left + (k5 - t) / (k5 - k3) * right
-    q2 = (t - k3) / (k5 - k3) * right
-    w0, w1, w2 = 1.0 / (k4 - k1), 1.0 / (k5 - k2), 1.0 / (k6 - k3)
+    p0, p1 = _PART[k4 - k2] * left, _PART[k5 - piece] * right
+    q0 = (k4 - x) * p0
+    q1 = (x - k2) * p0 + (k5 - x) * p1
+    q2 = right * p1
+    w0, w1, w2 = _PART[k4 - k1], _PART[k5 - k2], _PART[k6 - piece]
     values = (
-        (k4 - t) * w0 * q0,
-        (t - k1) * w0 * q0 + (k5 - t) * w1 * q1,
-        (t - k2) * w1 * q1 + (k6 - t) * w2 * q2,
-        (t - k3) * w2 * q2,
+        (k4 - x) * w0 * q0,
+        (x - k1) * w0 * q0 + (k5 - x) * w1 * q1,
+        (x - k2) * w1 * q1 + (k6 - x) * w2 * q2,
+        right * w2 * q2,
     )
-    r0, r1, r2 = 3.0 * q0 * w0, 3.0 * q1 * w1, 3.0 * q2 * w2
+    rise = 3.0 * spans
+    r0, r1, r2 = rise * q0 * w0, rise * q1 * w1, rise * q2 * w2
     return piece, values, (-r0, r0 - r1, r1 - r2, r2)
-
-
-@njit(cache=True, nogil=True)
-def _knot(index, spans):  # type: ignore[no-untyped-def]
-    """Return a knot of the clamped uniform knot vector."""
-    return min(max((index - 3) / spans, 0.0), 1.0)
 
 
 @njit(cache=True, nogil=True)

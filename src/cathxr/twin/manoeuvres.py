@@ -49,6 +49,12 @@ def _fast(rng: np.random.Generator) -> Motion:
     return _waves(rng, base, np.array([22.0, 60.0, 48.0, 36.0]), periods_s=(2.1, 3.0))
 
 
+def _quick(rng: np.random.Generator) -> Motion:
+    # The tip reaches 140 to 200 mm/s: the upper end of what a trainee's hand does.
+    base = _pose(rng, insertion=(70.0, 78.0), roll=60.0, flexion=(0.0, 20.0))
+    return _waves(rng, base, np.array([22.0, 60.0, 48.0, 36.0]), periods_s=(1.75, 2.4))
+
+
 def _still(rng: np.random.Generator) -> Motion:
     return Harmonics.held(_pose(rng, insertion=(70.0, 95.0), roll=180.0, flexion=(20.0, 70.0)))
 
@@ -61,6 +67,12 @@ def _curl(rng: np.random.Generator) -> Motion:
     base = _pose(rng, insertion=(84.0, 94.0), roll=180.0, flexion=(215.0, 225.0))
     share = base[2:] / np.linalg.norm(base[2:])
     return _waves(rng, base, np.array([12.0, 40.0, *np.abs(45.0 * share)]), periods_s=(8.0, 14.0))
+
+
+def _crossing(rng: np.random.Generator) -> Motion:
+    # Bent by more than a half turn with much of the body out: the end passes over the body in one view after the other.
+    base = _pose(rng, insertion=(100.0, 108.0), roll=180.0, flexion=(245.0, 255.0))
+    return _waves(rng, base, np.array([8.0, 90.0, 8.0, 8.0]), periods_s=(8.0, 14.0))
 
 
 def _full_range(rng: np.random.Generator) -> Motion:
@@ -110,7 +122,9 @@ _MAKERS: Mapping[str, _Maker] = MappingProxyType(
         "roll": _roll,
         "flexion": _flexion,
         "fast": _fast,
+        "quick": _quick,
         "curl": _curl,
+        "crossing": _crossing,
         "full_range": _full_range,
         "at_a_camera": _at_a_camera,
         "still": _still,

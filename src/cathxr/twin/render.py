@@ -26,6 +26,7 @@ _STILL_PX = 0.01
 _FIELD_PX = 1.0
 """The outline moves at most this far between two distance fields of one exposure; between them, evenly."""
 _BANK_SIZE = 1 << 22
+"""Samples of noise; small pictures make do with five times as many as they have values."""
 _FULL_SCALE = 255.0
 
 
@@ -60,7 +61,7 @@ class CameraRenderer:
         self._table = level_table(whole)
         deviation = deviation_table(whole, read_noise_dn=self._noise_of[0], electrons_per_dn=self._noise_of[1])
         self._deviation = deviation
-        self._bank = noise_bank(np.random.default_rng([seed, 0x2015E]), size=_BANK_SIZE)
+        self._bank = noise_bank(np.random.default_rng([seed, 0x2015E]), size=min(_BANK_SIZE, 5 * whole.size))
         self._clutter = Clutter.made(
             world.rig_true.roi, debris=self.settings.debris, bubbles=self.settings.bubbles, seed=world.seed
         )

@@ -19,13 +19,21 @@ def noise_bank(rng: np.random.Generator, *, size: int) -> NDArray[np.int8]:
 
 def level_table(level: Float32) -> NDArray[np.int16]:
     """Return levels (H, W, 3), DN, as fixed-point numbers in steps of 1/LEVEL_STEPS, at most 500 DN."""
-    return np.asarray(np.rint(np.clip(level, 0.0, 500.0) * LEVEL_STEPS), dtype=np.int16)
+    steps = np.clip(level, np.float32(0.0), np.float32(500.0))
+    steps *= np.float32(LEVEL_STEPS)
+    return np.rint(steps, out=steps).astype(np.int16)
 
 
 def deviation_table(level: Float32, *, read_noise_dn: float, electrons_per_dn: float) -> NDArray[np.uint8]:
     """Return the noise's standard deviation (H, W, 3) in steps of 1/16 DN (at most 15.9 DN)."""
-    variance = read_noise_dn**2 + np.maximum(level, 0.0) / electrons_per_dn
-    return np.clip(np.rint(16.0 * np.sqrt(variance)), 0, 255).astype(np.uint8)
+    # In place and in single precision: a large picture's temporary arrays are most of the time.
+    steps = np.maximum(level, np.float32(0.0))
+    steps *= np.float32(1.0 / electrons_per_dn)
+    steps += np.float32(read_noise_dn**2)
+    np.sqrt(steps, out=steps)
+    steps *= np.float32(16.0)
+    np.rint(steps, out=steps)
+    return np.minimum(steps, np.float32(255.0), out=steps).astype(np.uint8)
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -110,12 +110,16 @@ def back_light(width: int, height: int, settings: TwinSettings, *, seed: int) ->
 
 def _uneven(rng: np.random.Generator, width: int, height: int) -> Float32:
     """Return a field (H, W) within ±1 that varies as slowly as a diffuser's light: a few long waves."""
-    v, u = np.ogrid[0.0:height, 0.0:width]
-    v, u = (v / width).astype(np.float32), (u / width).astype(np.float32)
-    field = np.zeros((height, width), dtype=np.float32)
+    v, u = np.arange(height) / width, np.arange(width) / width
+    across, along = [], []
     for _ in range(5):
         way, length = rng.uniform(0.0, 2.0 * np.pi), rng.uniform(0.7, 2.5)
-        field += np.cos(2.0 * np.pi / length * (u * np.cos(way) + v * np.sin(way)) + rng.uniform(0.0, 2.0 * np.pi))
+        down = 2.0 * np.pi / length * np.sin(way) * v
+        right = 2.0 * np.pi / length * np.cos(way) * u + rng.uniform(0.0, 2.0 * np.pi)
+        # the cosine of the sum of both, which are functions of one coordinate each
+        across += [np.cos(down), -np.sin(down)]
+        along += [np.cos(right), np.sin(right)]
+    field = np.stack(across, axis=1).astype(np.float32) @ np.stack(along).astype(np.float32)
     field -= 0.5 * (field.max() + field.min())
     return np.asarray(field / np.abs(field).max(), dtype=np.float32)
 

@@ -16,9 +16,9 @@ from cathxr.vision.midline_kernels import (
 )
 from cathxr.vision.segmentation import MatteArray
 
-_LEAST_SIGMA_PX = 0.02
+LEAST_SIGMA_PX = 0.02
 """Sampling and interpolation alone leave about this much, however clean the picture."""
-_LEAST_OUTLINE_PX = 0.05
+LEAST_OUTLINE_PX = 0.05
 """How well the outline of a small circle follows its ideal, however clean the picture."""
 _QUANTUM_PX = 1e-4
 """Measurements are rounded to this, far below their noise, so that recordings stay small and exact."""
@@ -38,6 +38,14 @@ class Midline:
     end_px: FloatArray
     end_sigma_px: FloatArray
     plateau: float
+
+    def roughened(self, sigma_px: float, end_sigma_px: float) -> "Midline":
+        """Return the same line where each section and each point of the end's outline is off by so much more."""
+        return replace(
+            self,
+            sigma_px=np.hypot(self.sigma_px, sigma_px),
+            end_sigma_px=np.hypot(self.end_sigma_px, end_sigma_px),
+        )
 
     def without_end(self, sigma_px: float) -> "Midline":
         """Return the same line where the end is not seen: it is `sigma_px` unsure."""
@@ -101,7 +109,7 @@ def midline_of(
     centre (2,), direction (2,) unit and radius px of the end; outline (M, 2) px around it.
     """
     residual = ((points - smoothed(np.ascontiguousarray(points), 4)) * normals).sum(axis=1)
-    sigma = max(_LEAST_SIGMA_PX, 1.4826 * float(middle_of(np.abs(residual))) * 1.25)
+    sigma = max(LEAST_SIGMA_PX, 1.4826 * float(middle_of(np.abs(residual))) * 1.25)
     sigmas = sigma * np.sqrt(1.0 + np.square(residual / (3.0 * sigma)))
     return Midline(
         curve_px=_rounded(np.vstack([centre, points])),
@@ -109,10 +117,10 @@ def midline_of(
         sigma_px=np.concatenate([[1.5 * sigma], sigmas]),
         half_width_px=np.concatenate([[radius], 0.5 * sections[:, 1]]),
         tip_px=_rounded(centre + radius * direction),
-        tip_sigma_px=float(np.hypot(tip_sigma_px, _LEAST_SIGMA_PX)),
+        tip_sigma_px=float(np.hypot(tip_sigma_px, LEAST_SIGMA_PX)),
         end_px=_rounded(outline),
         # a section's middle is the mean of two edges; neighbouring rays share pixels besides
-        end_sigma_px=np.full(len(outline), max(_LEAST_OUTLINE_PX, 2.0 * sigma)),
+        end_sigma_px=np.full(len(outline), max(LEAST_OUTLINE_PX, 2.0 * sigma)),
         plateau=float(middle_of(np.ascontiguousarray(sections[:, 2]))),
     )
 

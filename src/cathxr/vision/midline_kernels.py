@@ -46,11 +46,18 @@ def evenly(points: FloatArray, count: int) -> FloatArray:
 @njit(cache=True, nogil=True)
 def smoothed(values: FloatArray, half_window: int) -> FloatArray:
     """Return (N, 2) values after a sliding quadratic fit (Savitzky-Golay), the ends by the outermost fit."""
-    count = len(values)
-    half = min(half_window, (count - 1) // 2)
     result = values.copy()
+    smooth(values, len(values), half_window, result)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def smooth(values, count, half_window, result):  # type: ignore[no-untyped-def]
+    """Fill `result` (N, 2) with the first `count` of values (N, 2), smoothed; see `smoothed`."""
+    half = min(half_window, (count - 1) // 2)
     if half < 2:
-        return result
+        result[:count] = values[:count]
+        return
     # sums over -half..half of 1, t^2, t^4: the normal equations of a quadratic on an even grid
     s0 = 2.0 * half + 1.0
     s2 = 0.0
@@ -75,23 +82,27 @@ def smoothed(values: FloatArray, half_window: int) -> FloatArray:
             b = v1 / s2
             c = (s0 * v2 - s2 * v0) / determinant
             result[i, axis] = a + b * t + c * t * t
-    return result
 
 
 @njit(cache=True, nogil=True)
 def normals_of(points: FloatArray) -> FloatArray:
     """Return unit normals (N, 2): tangents by central differences, turned a quarter from x towards y."""
-    count = len(points)
-    result = np.empty((count, 2))
+    result = np.empty((len(points), 2))
+    set_normals(points, len(points), result)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def set_normals(points, count, result):  # type: ignore[no-untyped-def]
+    """Fill `result` (N, 2) with the unit normals of the first `count` of points (N, 2); see `normals_of`."""
     for i in range(count):
         before = max(i - 1, 0)
         after = min(i + 1, count - 1)
         dx = points[after, 0] - points[before, 0]
         dy = points[after, 1] - points[before, 1]
-        length = max(math.hypot(dx, dy), 1e-12)
+        length = max(math.sqrt(dx * dx + dy * dy), 1e-12)
         result[i, 0] = -dy / length
         result[i, 1] = dx / length
-    return result
 
 
 @njit(cache=True, nogil=True)

@@ -9,6 +9,7 @@ from cathxr.core import Detection, FloatArray, Image, PixelArray, Rig, Track
 from cathxr.geometry import CameraModel, arc_length
 from cathxr.vision.midline import Midline, measured
 from cathxr.vision.near import NearDetector
+from cathxr.vision.near_matte import NearMatte
 from cathxr.vision.profiles import SAMPLE_PX, line_samples
 from cathxr.vision.repeats import RepeatCounter
 from cathxr.vision.segment_choice import SegmenterChoice
@@ -20,6 +21,12 @@ _SEARCH_MM = 45.0
 _SIDE_MM = 9.0
 """How far from the axis: a bent catheter leaves it, and the cameras may sit off their calibration a little."""
 _LEAST_LENGTH_WIDTHS = 1.3
+_CLEARLY = 0.3
+"""A catheter whose width is off by less than this, as a logarithm, is no rim of a shining one."""
+_MATTE_PX, _MATTE_END_PX = 0.05, 0.2
+"""Where no back-light draws it, a matte's edge is off by about this: by colours, by shade, and alike side by side."""
+_CORE_WIDTHS = 0.75
+"""A shining catheter's bright core is slimmer than this."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,10 +50,13 @@ class ModelDetector:
         self._hull = _roi_hull(self._model, rig)
         self._repeats = RepeatCounter()
         self._near = NearDetector(rig, self._model)
+        self._near_matte = NearMatte(self._model.size_px, self._width_px)
         self._segmenters = SegmenterChoice(self._width_px, background)
+        self._hollow = False
 
     def reset(self) -> None:
         """Forget the pictures before."""
+        self._hollow = False
         self._repeats.reset()
         self._near.reset()
 
@@ -68,6 +78,8 @@ class ModelDetector:
                 found = near[0]
         if isinstance(found, str):
             return Detection(self._camera, image.seq, image.t_ns, reason=found, repeats=repeats)
+        if self._segmenters.refreshed is not None:
+            found = found.roughened(_MATTE_PX, _MATTE_END_PX)
         return Detection(
             self._camera,
             image.seq,
@@ -88,10 +100,13 @@ class ModelDetector:
         """Return what is measured near the predicted curve and whether it is beyond doubt, None where there is none."""
         if image.size_px != self._model.size_px:
             return None
-        light = self._segmenters.light
-        if light is None:
+        light, other = self._segmenters.light, self._segmenters.refreshed
+        if light is not None:
+            return self._near.found((image.pixels, light[0], float(light[1]), 1.0), image.t_ns, predicted)
+        path = None if other is None else self._near.path(image.t_ns, predicted)
+        if path is None or other is None:
             return None
-        return self._near.found((image.pixels, light[0], float(light[1]), 1.0), image.t_ns, predicted)
+        return self._near.found(self._near_matte.source(image.pixels, other, path), image.t_ns, predicted)
 
     def _found(self, pixels: PixelArray) -> Midline | str:
         size = (pixels.shape[1], pixels.shape[0])
@@ -109,7 +124,33 @@ class ModelDetector:
         if window is None:
             return "no catheter"
         matte = segmenter.matte(pixels, window)
-        plateau = _plateau(matte, mask, coarse.step, window)
+        return self._followed(matte, mask, coarse.step, window)
+
+    def _followed(self, matte: MatteArray, mask: PixelArray, step: int, window: Window) -> Midline | str:
+        """Return the midline of the catheter in a matte, or why there is none.
+
+        A shining catheter has a bright core between two dark rims. Where what is seen is too slim, narrow gaps are
+        closed, and what comes nearer to the catheter's width is taken; the pictures after are likely to be like it.
+        """
+        tries = (True, False) if self._hollow else (False, True)
+        best: tuple[float, bool, Midline | str] = (np.inf, self._hollow, "no catheter")
+        for filled in tries:
+            own = _filled(matte, self._width_px) if filled else matte
+            found = self._line(own, mask, step, window)
+            off = np.inf
+            if not isinstance(found, str):
+                off = abs(np.log(2.0 * float(np.median(found.half_width_px)) / self._width_px))
+            if off < best[0] or filled is tries[0]:
+                best = (off, filled, found)
+            if off < _CLEARLY:
+                break
+        if best[0] < np.inf:
+            self._hollow = best[1]
+        return best[2]
+
+    def _line(self, matte: MatteArray, mask: PixelArray, step: int, window: Window) -> Midline | str:
+        """Return the midline of the longest tube from the inlet in a matte, or why there is none."""
+        plateau = _plateau(matte, mask, step, window)
         corner = np.array([window.x0, window.y0], dtype=np.float64)
         path, width, plateau = self._longest(matte, corner, plateau)
         if len(path) < 3:
@@ -118,7 +159,7 @@ class ModelDetector:
         if line is None or arc_length(line.curve_px)[-1] < _LEAST_LENGTH_WIDTHS * width:
             return "no catheter"
         line = _shifted(line, corner)
-        return self._objection(line, mask, coarse.step, width) or line
+        return self._objection(line, mask, step, width) or line
 
     def _in_roi(self, coarse: Coarse) -> PixelArray:
         """Return the coarse mask without what lies outside the region of interest."""
@@ -210,6 +251,13 @@ def _plateau(matte: MatteArray, mask: PixelArray, step: int, window: Window) -> 
     inside = mask[np.minimum(rows // step, mask.shape[0] - 1)][:, np.minimum(columns // step, mask.shape[1] - 1)] > 0
     values = np.sort(matte[::2, ::2][inside])
     return float(np.clip(values[(3 * values.size) // 5], 0.05, 1.0)) if values.size else 0.5
+
+
+def _filled(matte: MatteArray, width: float) -> MatteArray:
+    """Return the matte with gaps closed that are slimmer than a catheter's bright core may be."""
+    size = 2 * max(1, round(0.5 * _CORE_WIDTHS * width)) + 1
+    around = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    return np.asarray(cv2.morphologyEx(matte, cv2.MORPH_CLOSE, around), dtype=np.float32)
 
 
 def _seeds(

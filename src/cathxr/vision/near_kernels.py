@@ -1,15 +1,15 @@
-"""Measuring where a catheter is expected: sections across a predicted line and the outline of its end. Compiled."""
+"""Measuring where a catheter is expected: sections across a predicted line. Compiled."""
 
 import math
 
-import numpy as np
 from numba import njit
 
-from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, normals_of, smoothed
-from cathxr.vision.profiles import cross, edge, sample
+from cathxr.vision.midline_kernels import set_normals, smooth
+from cathxr.vision.near_expected import spread
+from cathxr.vision.near_work import MOST_POINTS
+from cathxr.vision.raw import STEP_PX, dark_edge, grey_at, light_at
 
 SPACING_PX = 4.0
-MOST_POINTS = 110
 _LEAST_LENGTH_SHARE = 0.15
 """Where the tube is more foreshortened than this its silhouette is not made by the sections there."""
 _ROUGH_EVERY = 2
@@ -21,120 +21,145 @@ _TOUCHING_WIDTHS = 1.3
 """What is farther along the tube than the first and nearer in the picture than the second hides its edges."""
 _SHARPEST = 0.8
 """Sections are no sections where the projected line turns by more than this, rad, within one radius."""
-_CIRCLE_ROUNDS = 3
-_CAP_REACH_RAD = 1.3
 
 
 @njit(cache=True, nogil=True)
-def sections_near(source, path, widths, shares, plateau):  # type: ignore[no-untyped-def]
-    """Return (points (N, 2), normals (N, 2), sections (N, 4), state (N,)) measured along a predicted line, tip first.
+def sections_near(source, count, plateau, work):  # type: ignore[no-untyped-def]
+    """Set points, normals, sections and state of `work` along its path of `count` points, tip first; return how many.
 
-    path (K, 2) px; widths (K,) px, of the tube as expected there; shares (K,): of its length that the picture shows, 1
-    where it lies across the line of sight. state: 2 measured, 1 expected but not found, 0 not to
-    be seen there: the tube crosses itself or points at the camera.
+    state: 2 measured, 1 expected but not found, 0 not to be seen there: the tube crosses itself or points at the
+    camera. sections: as of `section_near`.
     """
-    points, width, share, spacing = _spread(path, widths, shares)
-    count = len(points)
-    normals = normals_of(points)
-    state = _visible(points, width, share, spacing)
-    sections = np.zeros((count, 4))
-    offsets = np.zeros(count)
-    rough = np.zeros(count, dtype=np.int64)
-    for i in range(0, count, _ROUGH_EVERY):
-        if state[i] == 0:
+    total, spacing = spread(count, SPACING_PX, MOST_POINTS, work)
+    points, normals, sections, width = work.points, work.normals, work.sections, work.width
+    set_normals(points, total, normals)
+    _set_visible(work, total, spacing)
+    for i in range(total):
+        work.offsets[i], work.rough[i] = 0.0, 0
+        sections[i] = 0.0
+    for i in range(0, total, _ROUGH_EVERY):
+        if work.state[i] == 0:
             continue
-        sections[i] = cross(source, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width[i], plateau)
-        if abs(sections[i, 1] - width[i]) < _WIDTH_OFF * width[i]:
-            rough[i] = 2
-            offsets[i] = sections[i, 0]
-    _filled(offsets, rough)
-    for i in range(count):
-        points[i, 0] += offsets[i] * normals[i, 0]
-        points[i, 1] += offsets[i] * normals[i, 1]
-    points = smoothed(points, max(2, round(0.6 * width[0] / spacing)))
-    normals = normals_of(points)
-    for i in range(count):
-        if state[i] == 0:
+        offset, wide = rough_near(source, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width[i], plateau)
+        if abs(wide - width[i]) < _WIDTH_OFF * width[i]:
+            work.rough[i] = 2
+            work.offsets[i] = offset
+    _fill_between(work.offsets, work.rough, total)
+    for i in range(total):
+        work.moved[i, 0] = points[i, 0] + work.offsets[i] * normals[i, 0]
+        work.moved[i, 1] = points[i, 1] + work.offsets[i] * normals[i, 1]
+    smooth(work.moved, total, max(2, round(0.6 * width[0] / spacing)), points)
+    set_normals(points, total, normals)
+    for i in range(total):
+        if work.state[i] == 0:
             continue
-        sections[i] = section_near(source, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width[i])
-        if abs(sections[i, 1] - width[i]) < _WIDTH_OFF * width[i]:
-            state[i] = 2
-            points[i, 0] += sections[i, 0] * normals[i, 0]
-            points[i, 1] += sections[i, 0] * normals[i, 1]
-    return points, normals, sections, state
+        offset, wide, own, slope = section_near(
+            source, points[i, 0], points[i, 1], normals[i, 0], normals[i, 1], width[i]
+        )
+        if abs(wide - width[i]) < _WIDTH_OFF * width[i]:
+            work.state[i] = 2
+            sections[i, 0], sections[i, 1], sections[i, 2], sections[i, 3] = offset, wide, own, slope
+            points[i, 0] += offset * normals[i, 0]
+            points[i, 1] += offset * normals[i, 1]
+    return total
 
 
 @njit(cache=True, nogil=True)
-def _spread(path, widths, shares):  # type: ignore[no-untyped-def]
-    """Return (points, widths, shares, spacing px) evenly along a line (K, 2), with what belongs to them."""
-    along = np.zeros(len(path))
-    for i in range(1, len(path)):
-        along[i] = along[i - 1] + math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
-    count = int(min(max(along[-1] / SPACING_PX, 6.0), float(MOST_POINTS)))
-    spacing = max(along[-1] / (count - 1), 1e-3)
-    points, width, share = np.empty((count, 2)), np.empty(count), np.empty(count)
-    j = 0
-    for i in range(count):
-        while j < len(path) - 2 and along[j + 1] < spacing * i:
-            j += 1
-        part = min(max((spacing * i - along[j]) / max(along[j + 1] - along[j], 1e-9), 0.0), 1.0)
-        for axis in range(2):
-            points[i, axis] = path[j, axis] + part * (path[j + 1, axis] - path[j, axis])
-        width[i] = widths[j] + part * (widths[j + 1] - widths[j])
-        share[i] = shares[j] + part * (shares[j + 1] - shares[j])
-    return points, width, share, spacing
+def rough_near(source, x, y, nx, ny, width, plateau):  # type: ignore[no-untyped-def]
+    """Return (offset, width) of the tube's section through (x, y), to a part of a pixel; width < 0: no tube there.
+
+    Where (x, y) is not on the tube, it is looked for to both sides, nearest first. As one round of `profiles.cross`.
+    """
+    pixels = source[0]
+    light = light_at(source, x, y)
+    limit = (1.0 - 0.5 * plateau) * light
+    start = 0.0
+    if grey_at(pixels, x, y, 1e9) > limit:
+        for i in range(1, int(0.75 * width / STEP_PX) + 1):
+            for side in (-1.0, 1.0):
+                offset = side * i * STEP_PX
+                if grey_at(pixels, x + offset * nx, y + offset * ny, 1e9) < limit:
+                    start = offset
+                    break
+            if start != 0.0:
+                break
+        if start == 0.0:
+            return 0.0, -1.0
+        further = start + math.copysign(min(1.0, 0.2 * width), start)
+        if grey_at(pixels, x + further * nx, y + further * ny, 1e9) < limit:
+            start = further
+    x, y = x + start * nx, y + start * ny
+    right, _ = dark_edge(pixels, x, y, nx, ny, 2.0 * width, limit, 0.0)
+    if right < 0.0:
+        return 0.0, -1.0
+    left, _ = dark_edge(pixels, x, y, -nx, -ny, 2.0 * width, limit, 0.0)
+    if left < 0.0:
+        return 0.0, -1.0
+    return start + 0.5 * (right - left), right + left
 
 
 @njit(cache=True, nogil=True)
 def section_near(source, x, y, nx, ny, width):  # type: ignore[no-untyped-def]
     """Return (offset, width, plateau, slope) of a section whose middle is known to a quarter of its width.
 
-    As `profiles.cross`, but only the two edges and five samples between them are looked at. width < 0: no tube there.
+    offset: of the section's middle along the normal; plateau: mean darkness on it; slope: fall of darkness per pixel at
+    its edges. Only the two edges and five samples between them are looked at. The light is taken to change evenly
+    across the section. width < 0: no tube there.
     """
+    pixels = source[0]
+    half = 0.7 * width
+    lower = light_at(source, x - half * nx, y - half * ny)
+    upper = light_at(source, x + half * nx, y + half * ny)
+    middle, change = 0.5 * (lower + upper), (upper - lower) / (2.0 * half)
     own = 0.0
     for i in range(-2, 3):
         offset = 0.1 * i * width
-        own += 0.2 * sample(source, x + offset * nx, y + offset * ny)
-    level = 0.5 * own
+        behind = middle + offset * change
+        own += 0.2 * (1.0 - grey_at(pixels, x + offset * nx, y + offset * ny, behind) / behind)
+    through = 1.0 - 0.5 * own
     inner = 0.22 * width
-    right, slope_right = edge(source, x + inner * nx, y + inner * ny, nx, ny, 0.7 * width, level)
-    left, slope_left = edge(source, x - inner * nx, y - inner * ny, -nx, -ny, 0.7 * width, level)
-    if right < 0.0 or left < 0.0:
+    limit, tilt = through * (middle + inner * change), through * change
+    right, fall_right = dark_edge(pixels, x + inner * nx, y + inner * ny, nx, ny, half, limit, tilt)
+    if right < 0.0:
         return 0.0, -1.0, 0.0, 0.0
-    return 0.5 * (right - left), right + left + 2.0 * inner, own, 0.5 * (slope_left + slope_right)
+    limit = through * (middle - inner * change)
+    left, fall_left = dark_edge(pixels, x - inner * nx, y - inner * ny, -nx, -ny, half, limit, -tilt)
+    if left < 0.0:
+        return 0.0, -1.0, 0.0, 0.0
+    return 0.5 * (right - left), right + left + 2.0 * inner, own, 0.5 * (fall_left + fall_right) / middle
 
 
 @njit(cache=True, nogil=True)
-def _visible(points, width, share, spacing):  # type: ignore[no-untyped-def]
-    """Return state (N,): 1 where a section can be measured, 0 where the tube is in its own way."""
-    count = len(points)
-    state = np.ones(count, dtype=np.int64)
+def _set_visible(work, count, spacing):  # type: ignore[no-untyped-def]
+    """Set `state` of `work`: 1 where a section can be measured, 0 where the tube is in its own way."""
+    points, width, state = work.points, work.width, work.state
     reach = max(1, round(0.5 * width[0] / spacing))
     stride = max(1, int(0.5 * width[0] / spacing))
     for i in range(count):
-        if share[i] < _LEAST_LENGTH_SHARE:
-            state[i] = 0
+        state[i] = 0
+        if work.share[i] < _LEAST_LENGTH_SHARE:
             continue
         before, after = max(i - reach, 0), min(i + reach, count - 1)
-        ax, ay = points[i, 0] - points[before, 0], points[i, 1] - points[before, 1]
-        bx, by = points[after, 0] - points[i, 0], points[after, 1] - points[i, 1]
-        if before < i < after and abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by)) > 2.0 * _SHARPEST:
-            state[i] = 0
-            continue
+        if before < i < after:
+            ax, ay = points[i, 0] - points[before, 0], points[i, 1] - points[before, 1]
+            bx, by = points[after, 0] - points[i, 0], points[after, 1] - points[i, 1]
+            if abs(math.atan2(ax * by - ay * bx, ax * bx + ay * by)) > 2.0 * _SHARPEST:
+                continue
         apart = round(_APART_WIDTHS * width[i] / spacing)
         touching = (_TOUCHING_WIDTHS * width[i]) ** 2
+        clear = True
         for j in range(0, count, stride):
             dx, dy = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
             if dx * dx + dy * dy < touching and abs(i - j) > apart:
-                state[i] = 0
+                clear = False
                 break
-    return state
+        if clear:
+            state[i] = 1
 
 
 @njit(cache=True, nogil=True)
-def _filled(offsets, state):  # type: ignore[no-untyped-def]
+def _fill_between(offsets, state, count):  # type: ignore[no-untyped-def]
     """Fill offsets (N,) between measured ones by straight lines, before the first and after the last by these."""
-    count = len(offsets)
     last = -1
     for i in range(count):
         if state[i] != 2:
@@ -145,75 +170,3 @@ def _filled(offsets, state):  # type: ignore[no-untyped-def]
         last = i
     for j in range(last + 1, count):
         offsets[j] = offsets[last] if last >= 0 else 0.0
-
-
-@njit(cache=True, nogil=True)
-def end_near(source, centre, direction, radius, plateau, blur):  # type: ignore[no-untyped-def]
-    """Return (centre (2,), outline (M, 2), rms px): the rounded end of known radius near where it is expected.
-
-    Rays from the centre find the outline, a circle through its front part the centre, in turn. Rays that go on far are
-    left out: they run along the tube. rms: of the front part about the circle; negative: there is no end there.
-    """
-    x, y = centre[0], centre[1]
-    level = 0.5 * plateau
-    tries = 0
-    while sample(source, x, y) < level:  # beyond the end: come back along the tube
-        x -= 0.5 * radius * direction[0]
-        y -= 0.5 * radius * direction[1]
-        tries += 1
-        if tries > 6:
-            return centre, np.empty((0, 2)), -1.0
-    outline = np.empty((END_RAYS, 2))
-    apparent = radius - blur * blur / (2.0 * radius)
-    count = 0
-    rms = -1.0
-    for _ in range(_CIRCLE_ROUNDS):
-        count = 0
-        front = 0
-        jxx = jxy = jyy = 1e-3
-        jxy = 0.0
-        gx = gy = 0.0
-        total = 0.0
-        for i in range(END_RAYS):
-            angle = END_REACH_RAD * (2.0 * i / (END_RAYS - 1) - 1.0)
-            c, s = math.cos(angle), math.sin(angle)
-            dx = c * direction[0] - s * direction[1]
-            dy = s * direction[0] + c * direction[1]
-            distance, _ = edge(source, x, y, dx, dy, END_FAR * radius, level)
-            if distance < 0.0:
-                continue
-            outline[count, 0] = x + (distance + radius - apparent) * dx
-            outline[count, 1] = y + (distance + radius - apparent) * dy
-            count += 1
-            if abs(angle) < _CAP_REACH_RAD:
-                off = distance - apparent
-                weight = min(1.0, 0.25 * radius / max(abs(off), 1e-9))
-                jxx += weight * dx * dx
-                jxy += weight * dx * dy
-                jyy += weight * dy * dy
-                gx += weight * off * dx
-                gy += weight * off * dy
-                total += off * off
-                front += 1
-        if front < 5:
-            return centre, outline[:0].copy(), -1.0
-        rms = math.sqrt(total / front)
-        determinant = max(jxx * jyy - jxy * jxy, 1e-9)
-        step_x, step_y = (jyy * gx - jxy * gy) / determinant, (jxx * gy - jxy * gx) / determinant
-        if math.hypot(step_x, step_y) < 0.02:
-            break
-        limit = min(1.0, radius / max(math.hypot(step_x, step_y), 1e-9))
-        x += limit * step_x
-        y += limit * step_y
-        if sample(source, x, y) < level:
-            return centre, outline[:0].copy(), -1.0
-    return np.array([x, y]), outline[:count].copy(), rms
-
-
-@njit(cache=True, nogil=True)
-def medians(values):  # type: ignore[no-untyped-def]
-    """Return the medians (M,) of the columns of (N, M)."""
-    result = np.empty(values.shape[1])
-    for k in range(values.shape[1]):
-        result[k] = np.median(np.ascontiguousarray(values[:, k]))
-    return result

@@ -6,18 +6,12 @@ import numpy as np
 from numba import njit, types
 from numba.extending import overload
 
-from cathxr.core import FloatArray, PixelArray
+from cathxr.core import FloatArray
+from cathxr.vision.raw import RawSource, grey_at, light_at
 from cathxr.vision.segmentation import MatteArray
 
 SAMPLE_PX = 0.5
 """Distance between samples along a profile."""
-
-
-RawSource = tuple[PixelArray, MatteArray, float, float]
-"""A back-lit picture as it is, the back-light at reduced size, pixels for each of its own, and the light's gain since.
-
-Where a matte is asked for, this serves too: the matte is worked out where it is looked at and nowhere else.
-"""
 
 
 def sample(source: MatteArray | RawSource, x: float, y: float) -> float:
@@ -29,9 +23,7 @@ def sample(source: MatteArray | RawSource, x: float, y: float) -> float:
 def _sample_overload(source, x, y):  # type: ignore[no-untyped-def]
     if isinstance(source, types.Array):
         return lambda source, x, y: _sample_matte(source, x, y)
-    if source[0].ndim == 3:
-        return lambda source, x, y: _sample_colour(source, x, y)
-    return lambda source, x, y: _sample_grey(source, x, y)
+    return lambda source, x, y: _sample_raw(source, x, y)
 
 
 @njit(cache=True, nogil=True)
@@ -54,72 +46,9 @@ def _sample_matte(matte, x, y):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _light_at(source, x, y):  # type: ignore[no-untyped-def]
-    """Return the back-light at a picture's pixel (x, y)."""
-    _, light, step, gain = source
-    rows, columns = light.shape
-    across = min(max((x - 0.5 * (step - 1.0)) / step, 0.0), columns - 1.001)
-    down = min(max((y - 0.5 * (step - 1.0)) / step, 0.0), rows - 1.001)
-    column, row = int(across), int(down)
-    fx, fy = across - column, down - row
-    upper = light[row, column] * (1.0 - fx) + light[row, column + 1] * fx
-    lower = light[row + 1, column] * (1.0 - fx) + light[row + 1, column + 1] * fx
-    return max(gain * (upper * (1.0 - fy) + lower * fy), 1.0)
-
-
-@njit(cache=True, nogil=True)
-def _sample_grey(source, x, y):  # type: ignore[no-untyped-def]
-    pixels = source[0]
-    height, width = pixels.shape
-    if not (0.0 <= x <= width - 1.0 and 0.0 <= y <= height - 1.0):
-        return 0.0
-    column = min(int(x), width - 2)
-    row = min(int(y), height - 2)
-    fx = x - column
-    fy = y - row
-    upper = pixels[row, column] * (1.0 - fx) + pixels[row, column + 1] * fx
-    lower = pixels[row + 1, column] * (1.0 - fx) + pixels[row + 1, column + 1] * fx
-    return 1.0 - (upper * (1.0 - fy) + lower * fy) / _light_at(source, x, y)
-
-
-@njit(cache=True, nogil=True)
-def _sample_colour(source, x, y):  # type: ignore[no-untyped-def]
-    pixels = source[0]
-    height, width = pixels.shape[:2]
-    if not (0.0 <= x <= width - 1.0 and 0.0 <= y <= height - 1.0):
-        return 0.0
-    column = min(int(x), width - 2)
-    row = min(int(y), height - 2)
-    fx = x - column
-    fy = y - row
-    gx = 1.0 - fx
-    upper = _grey(pixels, row, column) * gx + _grey(pixels, row, column + 1) * fx
-    lower = _grey(pixels, row + 1, column) * gx + _grey(pixels, row + 1, column + 1) * fx
-    return 1.0 - (upper * (1.0 - fy) + lower * fy) / _light_at(source, x, y)
-
-
-@njit(cache=True, nogil=True)
-def _grey(pixels, row, column):  # type: ignore[no-untyped-def]
-    """Return a pixel without its colour, weighted as OpenCV does."""
-    return 0.114 * pixels[row, column, 0] + 0.587 * pixels[row, column, 1] + 0.299 * pixels[row, column, 2]
-
-
-@njit(cache=True, nogil=True)
-def light_gain(source, points, normals, away):  # type: ignore[no-untyped-def]
-    """Return the median of picture / back-light beside a line: at points (N, 2) plus and minus `away` px along normals.
-
-    The source's own gain counts as 1.
-    """
-    levels = np.empty(2 * len(points))
-    count = 0
-    for i in range(len(points)):
-        for side in (-1.0, 1.0):
-            x, y = points[i, 0] + side * away * normals[i, 0], points[i, 1] + side * away * normals[i, 1]
-            value = sample(source, x, y)
-            if value != 0.0:
-                levels[count] = 1.0 - value
-                count += 1
-    return np.median(levels[:count]) if count else 0.0
+def _sample_raw(source, x, y):  # type: ignore[no-untyped-def]
+    grey = grey_at(source[0], x, y, -1.0)
+    return 0.0 if grey < 0.0 else 1.0 - grey / light_at(source, x, y)
 
 
 @njit(cache=True, nogil=True)

@@ -36,6 +36,13 @@ _EDGE_SHARE = 0.6
 """A background edge may shift by about this share of a coarse pixel (a knock, the camera's warming)."""
 
 
+_DARKER, _BAND_SHARE = 0.85, 0.01
+"""A catheter before a back-light lets less of the light through than the first, everywhere but on its edges: what is
+brighter and more than two pixels of the first guess wide, on more than the second share of it, is a band of another
+colour."""
+_LEAST_CHANGED = 60
+
+
 class BackgroundSegmenter:
     """Compares each picture with one of the empty box, after fitting how the light and the white balance changed.
 
@@ -68,6 +75,24 @@ class BackgroundSegmenter:
         self._faintest = max(_FAINTEST, _STRONG * noise)
         apart = standing_out(values, expected, self._edges, max(noise, _FAINTEST / _STRONG), _RELATIVE_ERROR)
         return Coarse(without_bodies(grown(apart, _WEAK, _STRONG), small.shape[1] // _BODY), self._step)
+
+    def refresh(self, pixels: PixelArray) -> None:
+        """Fit the light of a picture for the `matte` that follows; how noisy pictures are is known from before."""
+        rows, columns = self._tiny.shape[:2]
+        step = self._step * _LIGHT_STEP
+        self._gain = _gain(reduced(self._matched(pixels[: rows * step, : columns * step]), step), self._tiny)
+
+    def changed_darker(self, pixels: PixelArray) -> Coarse | None:
+        """Return `coarse` where all that changed is darker than the empty picture, else None."""
+        changed = self.coarse(pixels)
+        inside = changed.mask > 0
+        if np.count_nonzero(inside) < _LEAST_CHANGED:
+            return None
+        small = reduced(self._matched(pixels), self._step).mean(axis=2)
+        expected = lit(self._small, self._gain, _LIGHT_STEP, (0, 0)).mean(axis=2)
+        bright = (inside & (small > _DARKER * expected)).astype(np.uint8)
+        band = cv2.morphologyEx(bright, cv2.MORPH_OPEN, np.ones((3, 3), dtype=np.uint8))
+        return None if np.count_nonzero(band) > _BAND_SHARE * np.count_nonzero(inside) else changed
 
     def matte(self, pixels: PixelArray, window: Window) -> MatteArray:
         """Return the share of each pixel in the window that is not background."""

@@ -84,7 +84,8 @@ def _grey(pixels: PixelArray) -> PixelArray:
 def _opacity(picture: PixelArray, light: MatteArray | PixelArray) -> MatteArray:
     """Return 1 - picture / light, float32."""
     result = np.empty(picture.shape, dtype=np.float32)
-    _fill_opacity(picture, light, result)
+    # Whole rows or a part of them: always the same kind of array, so that nothing more is compiled while live.
+    _fill_opacity(np.ascontiguousarray(picture), np.ascontiguousarray(light), result)
     return result
 
 

@@ -54,8 +54,7 @@ class ColourSegmenter:
         self._step = max(1, round(picture.shape[1] / COARSE_WIDTH))
         small = reduced(picture, self._step)
         tiny = reduced(small, _LIGHT_STEP)
-        reach = min(_LIGHT_REACH, 2 * (min(tiny.shape[:2]) // 2) - 1)
-        self._lining = np.asarray(cv2.medianBlur(tiny, max(3, reach)), dtype=np.uint8)
+        self._lining = _lining(tiny)
         expected = enlarged(self._lining, _LIGHT_STEP, small.shape[:2], (0, 0))
         values = difference(small, expected, _WEIGHTS.plain, _WEIGHTS.shade)
         inside = _enlarged_mask(lining_mask(self._lining), small.shape[:2])
@@ -73,6 +72,13 @@ class ColourSegmenter:
         outside = np.asarray(inside == 0, dtype=np.uint8)
         return Coarse(not_touching(np.asarray(found, dtype=np.uint8), outside), self._step)
 
+    def refresh(self, pixels: PixelArray) -> None:
+        """Take over a picture's lining for the `matte` that follows; how noisy pictures are is known from before."""
+        rows, columns = self._lining.shape[:2]
+        step = self._step * _LIGHT_STEP
+        tiny = reduced(_coloured(pixels[: rows * step, : columns * step]), step)
+        self._lining = _lining(tiny)
+
     def matte(self, pixels: PixelArray, window: Window) -> MatteArray:
         """Return the share of each pixel in the window that has another colour than the lining."""
         rows, columns = window.slices
@@ -80,6 +86,12 @@ class ColourSegmenter:
         expected = enlarged(self._lining, _LIGHT_STEP * self._step, picture.shape[:2], (window.y0, window.x0))
         values = difference(picture, expected, _WEIGHTS.plain, _WEIGHTS.shade)
         return matte_from(values, self._noise, self._faintest, plateau_px=self._step + 1)
+
+
+def _lining(tiny: PixelArray) -> PixelArray:
+    """Return a reduced picture uint8 (h, w, 3) without what is as thin as a catheter."""
+    reach = min(_LIGHT_REACH, 2 * (min(tiny.shape[:2]) // 2) - 1)
+    return np.asarray(cv2.medianBlur(tiny, max(3, reach)), dtype=np.uint8)
 
 
 def lining_mask(lining: PixelArray) -> PixelArray:

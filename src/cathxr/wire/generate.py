@@ -17,6 +17,7 @@ from pydantic import BaseModel
 from cathxr.core import ConfigError
 from cathxr.wire import messages
 from cathxr.wire.diag_messages import DiagReport
+from cathxr.wire.training_messages import RunPath
 from cathxr.wire.typescript import models_of, typescript
 
 TYPESCRIPT_PATH = Path("web/src/generated/messages.ts")
@@ -24,7 +25,9 @@ DOCS_PATH = Path("docs/wire.md")
 BEGIN = "<!-- begin: made by `python -m cathxr.wire.generate` -->"
 END = "<!-- end: made by `python -m cathxr.wire.generate` -->"
 _DOCS_WIDTH = 116
-_KINDS: Mapping[type[BaseModel], str] = MappingProxyType({messages.SceneDescription: "scene", DiagReport: "diag"})
+_KINDS: Mapping[type[BaseModel], str] = MappingProxyType(
+    {messages.SceneDescription: "scene", DiagReport: "diag", RunPath: "run"}
+)
 """What is no message of the link, by the name that the docs give it."""
 
 
@@ -36,6 +39,8 @@ def schema_text() -> str:
     parts += [_section(model, sent_by_server=False) for model in models_of(messages.ClientMessage)]
     parts.append("### `GET /scene/scene.json`\n")
     parts.append(_section(messages.SceneDescription, sent_by_server=True))
+    parts.append("### `GET /training/runs/ID.json`\n")
+    parts.append(_section(RunPath, sent_by_server=True))
     parts.append("### `POST /diag`\n")
     parts.append(_section(DiagReport, sent_by_server=False))
     return "\n".join(parts)

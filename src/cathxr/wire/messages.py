@@ -1,4 +1,4 @@
-"""Every message on the link, defined once; some are in calibration_messages, heart_messages and view_messages.
+"""Every message on the link, defined once; some are in calibration_, heart_, training_ and view_messages.
 
 The TypeScript types and docs/wire.md are generated from all of them.
 
@@ -19,6 +19,7 @@ from cathxr.wire.calibration_messages import (
 )
 from cathxr.wire.heart_messages import HeartSeedsState
 from cathxr.wire.message import Matrix4, Message, Quaternion, Vector2, Vector3
+from cathxr.wire.training_messages import TrainingOffer, TrainingState
 from cathxr.wire.view_messages import ClientsMessage, Follow, FollowingMessage, LockMessage, ViewMessage, ViewReport
 
 PROTOCOL = 1
@@ -209,7 +210,9 @@ ServerMessage = Annotated[
     | ClientsMessage
     | FollowingMessage
     | ViewMessage
-    | LockMessage,
+    | LockMessage
+    | TrainingOffer
+    | TrainingState,
     Field(discriminator="type"),
 ]
 ClientMessage = Annotated[Command | Ping | Ack | ViewReport | Follow, Field(discriminator="type")]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import uvicorn
 from fastapi import APIRouter, FastAPI, WebSocket
@@ -20,7 +20,6 @@ from fastapi import APIRouter, FastAPI, WebSocket
 from cathxr import __version__
 from cathxr.core import Clock, DeviceError
 from cathxr.wire.access_pages import Access, make_access_router
-from cathxr.wire.certificate import Certificate, ensured_certificate
 from cathxr.wire.guard import LOOPBACK_NAMES, Guard
 from cathxr.wire.hub import Hub
 from cathxr.wire.link import Commands, Desk, serve_link
@@ -31,6 +30,9 @@ from cathxr.wire.pages import make_router
 from cathxr.wire.pairing import Pairing, new_code
 from cathxr.wire.scene import UNITS
 from cathxr.wire.transport import make_server, serve
+
+if TYPE_CHECKING:
+    from cathxr.wire.certificate import Certificate
 
 _log = logging.getLogger(__name__)
 
@@ -200,6 +202,8 @@ class LiveServer:
             app.include_router(router)
         servers = [make_server(Guard(app, names=LOOPBACK_NAMES, scheme="http"))]
         if self._lan is not None:
+            from cathxr.wire.certificate import ensured_certificate  # here: only https needs it, and it loads slowly
+
             self._addresses = lan_addresses()
             self._certificate = ensured_certificate(
                 self._lan.folder or user_folder(),

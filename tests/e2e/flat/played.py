@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Browser
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -20,6 +20,8 @@ from cathxr.core import Detection, FloatArray, Observation, Status, Track
 from cathxr.core.pose import Pose
 from cathxr.storage.rig_file import example_rig
 from cathxr.storage.session import SessionWriter
+
+from ..asked_page import AskedPage
 
 HANG_S = 180.0
 """Limit on waiting for what must come, on a loaded machine without a graphics card; not a measurement."""
@@ -149,35 +151,26 @@ class Played:
                     self.tracks[message["t"]] = np.array(axis)
 
 
-class FlatPage:
+class FlatPage(AskedPage):
     """The page, with everything that it asked for and complained about."""
+
+    hang_s = HANG_S
 
     def __init__(self, browser: Browser, url: str, *, size: tuple[int, int] = (1280, 720)) -> None:
         self.context = browser.new_context(viewport={"width": size[0], "height": size[1]})
-        self.page: Page = self.context.new_page()
-        self.complaints: list[str] = []
+        self.page = self.context.new_page()
         self.requests: list[str] = []
         self.page.on("request", lambda request: self.requests.append(request.url))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on(
-            "console", lambda told: self.complaints.append(told.text) if told.type in ("error", "warning") else None
-        )
+        self.listen()
         self.page.goto(url)
         self.until("window.__cathxrFlat !== undefined && window.__cathxr.heartParts > 0")
 
     def ask(self, expression: str) -> Any:
+        """Return the value of an expression, or what a function in it returns."""
         return self.page.evaluate(expression)
 
     def set(self, **change: Any) -> None:
         self.page.evaluate("(change) => window.__cathxrFlat.set(change)", change)
-
-    def until(self, expression: str) -> None:
-        deadline = time.monotonic() + HANG_S
-        while time.monotonic() < deadline:
-            if self.page.evaluate(expression):
-                return
-            self.page.wait_for_timeout(100)
-        pytest.fail(f"it never came to this: {expression}; {self.complaints}")
 
     def frames(self, count: int) -> None:
         """Wait until so many animation frames have passed, drawn or not."""

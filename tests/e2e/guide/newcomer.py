@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from playwright.sync_api import Browser, Page
 
+from ..asked_page import AskedPage
 from ..xr.headset import Headset, Side
 
 HANG_S = 180.0
@@ -17,23 +18,25 @@ CONFIRM_ROLL = (
     "(window.__cathxr.guide.progress === 'Roll is not known yet' && document.querySelector('#roll-action').click())"
 )
 """Presses the page's button where the roll is to be confirmed; false in either case."""
+_STATE = "JSON.stringify({ ...window.__cathxr?.guide, status: window.__cathxr?.status, link: window.__cathxr?.link })"
 CHEAP = "?aa=0&mat=lambert&dpr=0.3&pictures=1&iceHz=2"
 WORN = "?xr=emulate&aa=0&mat=lambert&dpr=0.4&pictures=0&iceHz=3"
 
 
-class Newcomer:
+class Newcomer(AskedPage):
     """The page in a browser of its own context, and everything that it complained about."""
+
+    hang_s = HANG_S
+    state = _STATE
 
     def __init__(self, browser: Browser, url: str, *, query: str = "") -> None:
         self.url = url + CHEAP + query
         self.context = browser.new_context(viewport={"width": 1100, "height": 700}, device_scale_factor=1)
         self.page: Page = self.context.new_page()
-        self.complaints: list[str] = []
-        self.page.on("console", lambda told: self._note(told.type, told.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(f"uncaught: {error}"))
+        self.listen()
         self.open()
 
-    def _note(self, kind: str, text: str) -> None:
+    def note(self, kind: str, text: str) -> None:
         if kind in ("error", "warning") and "ReadPixels" not in text:
             self.complaints.append(f"{kind}: {text}")
 
@@ -41,18 +44,6 @@ class Newcomer:
         """Load the page, anew if it is there already."""
         self.page.goto(self.url)
         self.until("window.__cathxr?.drawn() && window.__cathxr.link === 'live'")
-
-    def ask(self, expression: str) -> Any:
-        return self.page.evaluate(f"() => {expression}")
-
-    def until(self, expression: str) -> Any:
-        """Return the expression's value once it is true. Not `wait_for_function`: the page's policy forbids eval."""
-        deadline = time.monotonic() + HANG_S
-        while time.monotonic() < deadline:
-            if value := self.ask(expression):
-                return value
-            self.page.wait_for_timeout(40)
-        raise AssertionError(f"never came true: {expression}\n{self.ask(_STATE)}\n{self.complaints}")
 
     @property
     def step(self) -> str:
@@ -179,6 +170,3 @@ def to_target(ask: Callable[[str], Any], page: Page) -> float | None:
         return None
     places = ask("window.__cathxr.scene().targets.filter(({ name }) => name === 'Practice target')")
     return float(places[0]["positionMm"][0] - tip[0]) if places else None
-
-
-_STATE = "JSON.stringify({ ...window.__cathxr?.guide, status: window.__cathxr?.status, link: window.__cathxr?.link })"

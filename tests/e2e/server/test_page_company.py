@@ -4,7 +4,6 @@ import json
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,11 +15,11 @@ from cathxr.wire.diag_pages import make_diag_router
 from cathxr.wire.hub import Hub
 from cathxr.wire.server import LiveServer
 
+from ..asked_page import HANG_S, AskedPage
+
 Start = Callable[..., LiveServer]
 
 CHEAP = "/?aa=0&mat=lambert&dpr=0.5&pictures=0&heart=0"
-HANG_S = 120.0
-"""How long a test waits for what must come: a limit on hanging, not a measurement."""
 _BARE = ["--no-sandbox", "--disable-gpu", "--disable-3d-apis"]
 
 
@@ -30,28 +29,18 @@ def built(repo_root: Path) -> None:
         pytest.skip("the web client is not built: run `python tools/web_client.py build`")
 
 
-class Seen:
+class Seen(AskedPage):
     """A page in a browser profile of its own."""
 
     def __init__(self, browser: Browser, url: str) -> None:
         self.context = browser.new_context(viewport={"width": 1000, "height": 600})
         self.page: Page = self.context.new_page()
         self.page.set_default_timeout(HANG_S * 1000)
-        self.errors: list[str] = []
-        self.page.on("pageerror", lambda error: self.errors.append(str(error)))
+        self.listen()
         self.page.goto(url)
 
-    def ask(self, expression: str) -> Any:
-        return self.page.evaluate(f"() => {expression}")
-
-    def until(self, expression: str) -> Any:
-        """Return the expression's value once it is true. Not `wait_for_function`: the page's policy forbids eval."""
-        deadline = time.monotonic() + HANG_S
-        while time.monotonic() < deadline:
-            if value := self.ask(expression):
-                return value
-            self.page.wait_for_timeout(100)
-        pytest.fail(f"never came true: {expression}\n{self.ask('document.body.innerText')}\n{self.errors}")
+    def note(self, kind: str, text: str) -> None:
+        """Take only what was not caught: servers here say 404 to some requests."""
 
 
 def test_one_page_follows_another_and_gets_its_own_back(browser: Browser, server: LiveServer) -> None:
@@ -78,8 +67,25 @@ def test_one_page_follows_another_and_gets_its_own_back(browser: Browser, server
         second.until("!document.querySelector('#set-ice').checked && !document.querySelector('#set-ice').disabled")
         assert not second.page.locator("#set-wallContact").is_checked()
         second.until(f"Math.hypot(...window.__cathxr.camera().map((x, at) => x - {own}[at])) < 0.002")
-        assert first.errors == []
-        assert second.errors == []
+        assert first.complaints == []
+        assert second.complaints == []
+    finally:
+        first.context.close()
+        second.context.close()
+
+
+def test_a_follower_sees_which_step_of_the_guide_is_shown(browser: Browser, server: LiveServer) -> None:
+    first, second = Seen(browser, server.url + CHEAP), Seen(browser, server.url + CHEAP)
+    try:
+        for each in (first, second):
+            each.until("window.__cathxr?.link === 'live' && window.__cathxr.frames > 2")
+        second.until("document.querySelector('#people-list button')")
+        second.page.locator("#people-list button").click()
+        second.until("document.querySelector('#following-text').textContent === 'Following Desktop 1'")
+        first.until("window.__cathxr.guide.start(true) ?? window.__cathxr.guide.step")
+        second.until("document.querySelector('#following-text').textContent.includes('guide: 1 of')")
+        first.page.locator(".guide-skip").click()
+        second.until("document.querySelector('#following-text').textContent === 'Following Desktop 1'")
     finally:
         first.context.close()
         second.context.close()
@@ -174,6 +180,6 @@ def test_a_device_is_measured_and_what_it_can_do_is_kept(browser: Browser, start
             "vr": False,
             "ar": False,
         }
-        assert seen.errors == []
+        assert seen.complaints == []
     finally:
         seen.context.close()

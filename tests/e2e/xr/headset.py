@@ -1,6 +1,5 @@
 """A page with an emulated headset: the test moves the viewer's head and hands, and asks the page what it did."""
 
-import time
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -8,33 +7,29 @@ import numpy as np
 import numpy.typing as npt
 from playwright.sync_api import Browser, Page
 
-HANG_S = 120.0
-"""Limit on waiting for what must come, on a loaded machine without a graphics card; not a measurement."""
+from ..asked_page import AskedPage
+
 CHEAP = "?xr=emulate&aa=0&mat=lambert&dpr=0.5&pictures=0&iceHz=5&guide=0"
 SIZE = (480, 240)
 Side = Literal["left", "right"]
 Place = Sequence[float] | npt.NDArray[np.float64]
 
 
-class Headset:
+class Headset(AskedPage):
     """The page in a browser of its own context, and everything that it asked for and complained about."""
+
+    state = "JSON.stringify([window.__cathxr?.link, window.__cathxr?.status, window.__cathxr?.xr.report()])"
 
     def __init__(self, browser: Browser, url: str, *, query: str = CHEAP, size: tuple[int, int] = SIZE) -> None:
         self.url = url.split("?")[0]
         self.context = browser.new_context(viewport={"width": size[0], "height": size[1]}, device_scale_factor=1)
         self.page: Page = self.context.new_page()
         self.requests: list[str] = []
-        self.complaints: list[str] = []
+        self.listen()
         self.context.on("request", lambda request: self.requests.append(request.url))
         self.page.on("websocket", lambda socket: self.requests.append(socket.url))
-        self.page.on("console", lambda told: self._note(told.type, told.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(f"uncaught: {error}"))
         self.page.goto(self.url + query)
         self.until("window.__cathxr?.drawn() && window.__cathxr.link === 'live'")
-
-    def _note(self, kind: str, text: str) -> None:
-        if kind in ("error", "warning"):
-            self.complaints.append(f"{kind}: {text}")
 
     def strays(self) -> list[str]:
         """Return every request of the page, its workers and sockets that did not go to the page's own host."""
@@ -43,21 +38,6 @@ class Headset:
 
     def set(self, **change: Any) -> None:
         self.page.evaluate("(change) => window.__cathxr.xr.set(change)", change)
-
-    def ask(self, expression: str) -> Any:
-        return self.page.evaluate(f"() => {expression}")
-
-    def until(self, expression: str) -> Any:
-        """Return the expression's value once it is true. Not `wait_for_function`: the page's policy forbids eval."""
-        deadline = time.monotonic() + HANG_S
-        while time.monotonic() < deadline:
-            if value := self.ask(expression):
-                return value
-            self.page.wait_for_timeout(30)
-        state = self.ask(
-            "JSON.stringify([window.__cathxr?.link, window.__cathxr?.status, window.__cathxr?.xr.report()])"
-        )
-        raise AssertionError(f"never came true: {expression}\n{state}\n{self.complaints}")
 
     # --- the session ---
 

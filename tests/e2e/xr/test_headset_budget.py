@@ -4,7 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
+from cathxr.wire.hub import Hub
+
 from ..flat.played import Played
+from ..training.trainer import Phase, Trainer, run_path
 from .headset import Headset
 
 MOST_CALLS = 60
@@ -22,6 +25,14 @@ def room(resting: Played, open_headset: Callable[..., Headset]) -> Headset:
     for side, x in (("left", -0.2), ("right", 0.2)):
         headset.put(f"controller-{side}", [x, 1.2, -0.3])
     return headset
+
+
+def show_training(room: Headset, phase: Phase) -> None:
+    """Show the page a state of training, as if the server had sent it."""
+    trainer = Trainer(Hub())
+    trainer.show(phase, reached=3, progress=0.5)
+    trainer.close()
+    room.page.evaluate("(state) => window.__cathxr.training.show(state)", trainer.message().model_dump(mode="json"))
 
 
 def test_everything_that_can_be_shown_at_once_keeps_within_the_budget(room: Headset) -> None:
@@ -48,6 +59,11 @@ def test_everything_that_can_be_shown_at_once_keeps_within_the_budget(room: Head
     count("the same, menu open")
     room.hands("hand")
     count("the same, bare hands")
+    room.page.evaluate("(run) => window.__cathxr.training.showRun(run)", run_path().model_dump(mode="json"))
+    count("the same, a run shown again")
+    show_training(room, "running")
+    count("the same, a trial running, a plane to find")
+    show_training(room, "idle")
     room.ask("window.__cathxr.xr.guide()")
     count("the same, guide running")
     room.ask("window.__cathxr.xr.go('inside')")

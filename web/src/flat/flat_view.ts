@@ -37,6 +37,8 @@ export class FlatView implements Feature {
   private readonly position: BufferAttribute;
   private applied: SceneSettings | null = null;
   private volume = -1;
+  /** Without a heart nothing is seen from the tip. */
+  private hasHeart = true;
   private immersive = false;
   private waiting = 0;
   private drawn = -1;
@@ -72,6 +74,10 @@ export class FlatView implements Feature {
     const [low, high] = [scene.roi_min_mm, scene.roi_max_mm];
     this.boxMiddle.set((low[0] + high[0]) / 2, (low[1] + high[1]) / 2, (low[2] + high[2]) / 2);
     if (scene.heart !== null) ctFromBox(this.ctFromBox, scene.heart.registration);
+    if (this.hasHeart !== (scene.heart !== null)) {
+      this.hasHeart = scene.heart !== null;
+      this.applied = null;
+    }
     for (const arm of this.arms) arm.radiusMm = scene.catheter_diameter_mm / 2;
     this.takeVolume();
   }
@@ -122,10 +128,10 @@ export class FlatView implements Feature {
     this.arms.forEach((plate, arm) => plate.fit(now.arms[arm]!));
     this.frames.refresh();
     if (before !== null && before.mode === now.mode && before.ice === now.ice) return true;
-    const third = now.ice ? this.ice.plate : this.tipView;
+    const third = now.ice ? this.ice.plate : this.hasHeart ? this.tipView : null;
     const flat = now.mode === "2d";
     this.stage.world.visible = !flat;
-    if (this.view !== null) this.view.wanted = !now.ice;
+    if (this.view !== null) this.view.wanted = !now.ice && this.hasHeart;
     this.clear();
     this.stage.plates.length = 0;
     if (this.immersive) this.hang(flat, third);

@@ -12,6 +12,8 @@ export class Company {
   readonly people: People;
   /** To be added to the stage's features. */
   readonly mirror: Mirror;
+  /** The step of the guide that is shown here, in words: followers are told. */
+  guideStep: () => string = () => "";
   private readonly panel: PeoplePanel;
   private readonly reporter: ViewReporter;
   /** Whether the server has said, since the link opened, that something is locked. */
@@ -65,6 +67,6 @@ export class Company {
 
   /** Called once for each frame, after everything has moved. */
   update(nowMs: number): void {
-    this.reporter.update(nowMs, this.stage.store.value);
+    this.reporter.update(nowMs, this.stage.store.value, this.guideStep());
   }
 }

@@ -3,6 +3,7 @@
 import type { ClientDescription, ClientsMessage, Follow, FollowingMessage, HeadPose, ViewMessage } from "../generated/messages";
 import { cleaned } from "../stage/settings";
 import type { SettingsStore } from "../stage/settings";
+import { guideStepOf } from "./reporter";
 
 /** How long a followed one who was lost is waited for, by name: headsets fall asleep, links break. */
 export const WAIT_MS = 120_000;
@@ -28,6 +29,8 @@ export class People {
   followed: ClientDescription | null = null;
   /** Whom one followed and would again, once they are back. */
   awaited: string | null = null;
+  /** The step of the guide that whom one follows is at, in words; empty for none. */
+  guideStep = "";
   private waiting: ReturnType<typeof setTimeout> | undefined;
   private ownId = "";
   private all: readonly ClientDescription[] = [];
@@ -95,6 +98,11 @@ export class People {
     const { followed } = this;
     if (followed === null || followed.id !== client) return;
     this.store.borrow(cleaned(settings), `${followed.name} is followed: stop following to change this yourself.`);
+    const step = guideStepOf(settings);
+    if (step !== this.guideStep) {
+      this.guideStep = step;
+      this.handlers.onChange();
+    }
     if (head !== null) this.looking.aim(head, followed.kind === "headset");
   }
 
@@ -116,6 +124,7 @@ export class People {
   private end(): void {
     if (this.followed === null) return;
     this.followed = null;
+    this.guideStep = "";
     this.store.giveBack();
     this.looking.release();
   }

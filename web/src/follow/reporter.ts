@@ -11,6 +11,16 @@ const STILL_MM = 0.1;
 const STILL_TURN = 4e-8;
 const ONE = new Vector3(1, 1, 1);
 
+/** Beside the settings: the step of the guide that the person is at. */
+export const GUIDE_KEY = "guideStep";
+const LONGEST_STEP = 120;
+
+/** Returns what somebody's view says about the guide's step; empty for none, or for what cannot be believed. */
+export function guideStepOf(settings: Readonly<Record<string, unknown>>): string {
+  const step = settings[GUIDE_KEY];
+  return typeof step === "string" && step.length <= LONGEST_STEP ? step : "";
+}
+
 /** Where the eyes and the scene are, as the View has them. */
 export interface Eyes {
   readonly camera: Object3D;
@@ -29,6 +39,7 @@ export class ViewReporter {
   private readonly toldPosition = new Vector3(Infinity, 0, 0);
   private readonly toldOrientation = new Quaternion();
   private toldSettings: SceneSettings | null = null;
+  private toldGuide = "";
   private toldKind: ViewReport["kind"] | null = null;
   private lastMs = -Infinity;
 
@@ -45,8 +56,8 @@ export class ViewReporter {
     this.toldKind = null;
   }
 
-  /** Called once for each frame. */
-  update(nowMs: number, settings: SceneSettings): void {
+  /** Called once for each frame. guide: the step of the guide that is shown, in words; empty while none is. */
+  update(nowMs: number, settings: SceneSettings, guide = ""): void {
     if (nowMs - this.lastMs < REPORT_EVERY_MS) return;
     const { camera, box, immersive, head } = this.eyes;
     const kind = immersive || isHeadsetBrowser(navigator.userAgent) ? "headset" : "desktop";
@@ -57,21 +68,22 @@ export class ViewReporter {
     this.boxFromHead.decompose(this.position, this.orientation, this.scale);
     const still = this.position.distanceTo(this.toldPosition) < STILL_MM
       && 1 - Math.abs(this.orientation.dot(this.toldOrientation)) < STILL_TURN;
-    if (still && settings === this.toldSettings && kind === this.toldKind) return;
+    if (still && settings === this.toldSettings && kind === this.toldKind && guide === this.toldGuide) return;
     this.lastMs = nowMs;
-    if (!this.send(this.report(kind, settings))) return;
+    if (!this.send(this.report(kind, settings, guide))) return;
     this.toldPosition.copy(this.position);
     this.toldOrientation.copy(this.orientation);
     this.toldSettings = settings;
     this.toldKind = kind;
+    this.toldGuide = guide;
   }
 
-  private report(kind: ViewReport["kind"], settings: SceneSettings): ViewReport {
+  private report(kind: ViewReport["kind"], settings: SceneSettings, guide: string): ViewReport {
     const { position: p, orientation: q, world } = this;
     return {
       type: "view",
       kind,
-      settings: settings as unknown as Record<string, unknown>,
+      settings: { ...settings, [GUIDE_KEY]: guide },
       head: {
         position_mm: [rounded(p.x, 3), rounded(p.y, 3), rounded(p.z, 3)],
         orientation_wxyz: [rounded(q.w, 6), rounded(q.x, 6), rounded(q.y, 6), rounded(q.z, 6)],

@@ -379,6 +379,216 @@ export interface Follow {
   client: string | null;
 }
 
+/** A task that can be trained here. */
+export interface TrainingTask {
+  key: string;
+  name: string;
+  /** What to do, in a sentence or two. */
+  text: string;
+  view: "2d" | "3d" | "free";
+  /** Its place in the progression, from 1. */
+  step: number | null;
+  /** Whether it is familiarisation: offered until its criterion is met. */
+  practice: boolean;
+  /** Why it cannot be done with this heart and box; empty when it can. */
+  problem: string;
+}
+
+/** Somebody who is enrolled, by code, and what the study has for them next. */
+export interface TrainingParticipant {
+  code: string;
+  /** In words, for example 2D view, trial 2 of 3; empty outside a study. */
+  next: string;
+  /** Whether the study has nothing more for them. */
+  done: boolean;
+}
+
+/** A trial that the program ended under. */
+export interface UnfinishedTrial {
+  id: string;
+  participant: string;
+  /** The task's name. */
+  task: string;
+  /** UTC, ISO 8601. */
+  began: string;
+  /** What is known of it, and what can be done. */
+  sentence: string;
+  /** Whether it can be gone on with where its recording ends. */
+  can_continue: boolean;
+}
+
+/** What can be trained: the newest replaces those before. */
+export interface TrainingOffer {
+  type: "training_offer";
+  /** The study's title; null: training outside a study. */
+  study: string | null;
+  tasks: TrainingTask[];
+  participants: TrainingParticipant[];
+  unfinished: UnfinishedTrial[];
+}
+
+/** A target of the trial, in the box. */
+export interface TrainingTarget {
+  key: string;
+  name: string;
+  /** What must reach it: tip, beam, or the image's plane. */
+  kind: "tip" | "beam" | "plane";
+  /** mm, box */
+  position_mm: Vector3;
+  /** How near; of a plane: how near it must pass. */
+  radius_mm: number;
+  /** How well aligned, where that counts. */
+  angle_deg: number | null;
+  /** box, unit: where tip or beam must point; of a plane: its normal. */
+  direction: Vector3 | null;
+  /** box, unit; of a plane: where the beam must point. */
+  up: Vector3 | null;
+  dwell_s: number;
+  state: "later" | "now" | "reached" | "missed";
+}
+
+/** The trial at hand. */
+export interface TrainingRun {
+  id: string;
+  participant: string;
+  /** The task's key. */
+  task: string;
+  name: string;
+  text: string;
+  /** What the participant may see. */
+  view: "2d" | "3d" | "free";
+  /** The study's condition in words, or the view outside a study. */
+  condition: string;
+  /** 1, 2, … within participant and condition. */
+  number: number;
+  practice: boolean;
+  limit_s: number;
+  /** In the order in which they are offered. */
+  targets: TrainingTarget[];
+}
+
+/** How a trial stands at the last Track. */
+export interface TrainingNow {
+  /** The key of the one that is offered. */
+  target: string | null;
+  number: number;
+  /** How many there are; null in practice. */
+  of: number | null;
+  reached: number;
+  in_a_row: number;
+  /** Practice ends at so many in a row. */
+  wanted_in_a_row: number | null;
+  /** Of the dwell, 0 to 1. */
+  progress: number;
+  distance_mm: number | null;
+  angle_deg: number | null;
+  up_deg: number | null;
+  /** Why nothing counts now, a sentence; empty otherwise. */
+  hindrance: string;
+  /** Time on task, without pauses. */
+  active_s: number;
+  remaining_s: number;
+  target_remaining_s: number | null;
+}
+
+/** One metric of a score card. */
+export interface CardLineMessage {
+  key: string;
+  name: string;
+  unit: string;
+  better: "lower" | "higher" | "neither";
+  value: number | null;
+  /** Why there is no value; empty otherwise. */
+  reason: string;
+  /** (number, value) of own trials so far, this one last. */
+  history: [number, number][];
+  best_before: number | null;
+  is_best: boolean;
+  /** Of the other participants' medians; null when there are too few. */
+  percentile: number | null;
+  others: number;
+}
+
+/** The result of the trial at hand. */
+export interface TrainingResult {
+  outcome: "completed" | "timed_out" | "aborted" | "interrupted";
+  /** How it went, in words. */
+  sentence: string;
+  reached: number;
+  of: number;
+  active_s: number;
+  unseen_share: number;
+  /** Why it must not count; empty when it does. */
+  invalid: string;
+  /** The recording's folder below that of all recordings. */
+  recording: string;
+  /** Where the numbers were stored, or why they were not, a sentence. */
+  stored: string;
+  /** Path on the server of the run, to be shown in the scene: `RunPath`. */
+  run: string | null;
+  lines: CardLineMessage[];
+}
+
+/** One item of a survey. */
+export interface SurveyItem {
+  key: string;
+  text: string;
+  kind: "rating" | "words";
+  minimum: number;
+  maximum: number;
+  step: number;
+  low: string;
+  high: string;
+  labels: string[];
+  optional: boolean;
+}
+
+/** A survey that is to be answered now. */
+export interface SurveyDescription {
+  participant: string;
+  survey: string;
+  name: string;
+  instruction: string;
+  source: string;
+  occasion: string;
+  items: SurveyItem[];
+  /** By the item's key: what was answered so far. */
+  answers: Record<string, number | string>;
+}
+
+/** How training stands: at every change, and at most ten times a second while a trial runs. Newest wins. */
+export interface TrainingState {
+  type: "training";
+  phase: "idle" | "ready" | "countdown" | "running" | "paused" | "ended";
+  countdown_s: number | null;
+  run: TrainingRun | null;
+  now: TrainingNow | null;
+  result: TrainingResult | null;
+  survey: SurveyDescription | null;
+  /** What the operator should know; empty otherwise. */
+  sentence: string;
+  /** The commands of training that would be carried out now. */
+  can: string[];
+}
+
+/** A run, to be shown in the scene again: what `TrainingResult.run` leads to, as JSON, 20 samples a second. */
+export interface RunPath {
+  id: string;
+  participant: string;
+  task: string;
+  /** s since the trial began; pauses are left out. */
+  t: number[];
+  /** mm, box; null where it was not tracked. */
+  tip: (Vector3 | null)[];
+  /** box, unit; null where the roll was not known. */
+  beam: (Vector3 | null)[];
+  /** Some 12 points of the catheter, tip first, mm, box. */
+  shape: (Vector3[] | null)[];
+  targets: TrainingTarget[];
+  /** (target, s since the trial began) */
+  reached: [string, number][];
+}
+
 /** How some measured times are spread, ms; over: how many were longer than one and a half times the median. */
 export interface Spread {
   count: number;
@@ -813,7 +1023,9 @@ export type ServerMessage =
   | ClientsMessage
   | FollowingMessage
   | ViewMessage
-  | LockMessage;
+  | LockMessage
+  | TrainingOffer
+  | TrainingState;
 
 /** What a client sends. */
 export type ClientMessage =

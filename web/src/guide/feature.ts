@@ -45,6 +45,8 @@ export class GuideFeature implements Feature {
   private targetsBefore: boolean | null = null;
   private placedSteered = false;
   private offers = true;
+  private toldStep: Step | null = null;
+  private toldWords = "";
 
   constructor(private readonly stage: Stage, immersion: Immersion, steers: Steers) {
     const { guide } = this;
@@ -91,6 +93,18 @@ export class GuideFeature implements Feature {
     return false;
   }
 
+  /** The step that is shown, for those who follow; empty while none is. */
+  get told(): string {
+    const { guide } = this;
+    const { step } = guide;
+    if (guide.phase !== "running" || step === null) return "";
+    if (step !== this.toldStep) {
+      this.toldStep = step;
+      this.toldWords = `${guide.index + 1} of ${guide.steps.length}, ${step.title}`;
+    }
+    return this.toldWords;
+  }
+
   get debug(): GuideDebug {
     return guideDebug(this.guide, this.plate);
   }
@@ -117,7 +131,8 @@ export class GuideFeature implements Feature {
       this.guide.enter(now);
     }
     const settled = nowMs - this.sinceMs > OFFER_AFTER_MS;
-    if (settled && this.offers && now.free && this.sensor.now.known && this.guide.phase === "idle") this.guide.offer(nowMs);
+    if (this.stage.training.atHand && this.guide.phase === "offered") this.guide.skip(); // a trial comes first
+    if (settled && this.offers && now.free && !this.stage.training.atHand && this.sensor.now.known && this.guide.phase === "idle") this.guide.offer(nowMs);
   }
 
   private change(step: Step | null, before: Step | null): void {

@@ -18,6 +18,7 @@ export const PAGE_WAYS: readonly PageWay[] = [
   { what: "Landmarks", mouse: "under “Heart”", touch: "tab “Scene”", keys: ["L"] },
   { what: "Camera picture large", mouse: "click it", touch: "tap it", keys: ["T", "F"] },
   { what: "Place a target", mouse: "double click on the heart", touch: "", keys: [] },
+  { what: "Start a trial, answer a survey", mouse: "“Training”", touch: "tab “Training”", keys: [] },
   { what: "Record, stop", mouse: "Record", touch: "Record", keys: ["Space"] },
   { what: "Close what is open, end the guide", mouse: "×", touch: "×", keys: ["Esc"] },
   { what: "This help", mouse: "?", touch: "?", keys: ["?"] },
@@ -44,6 +45,7 @@ export const HEADSET_WAYS: readonly HeadsetWay[] = [
   { what: "enlarge, shrink", controllers: "Both grips, pull apart", hands: "Pinch with both hands, pull apart" },
   { what: "press, drag a slider", controllers: "Point, trigger", hands: "Point and pinch, or touch" },
   { what: "menu", controllers: "B or Y", hands: "Left palm to your face" },
+  { what: "start a trial", controllers: "Menu, tab Training", hands: "Menu, tab Training" },
   { what: "this help", controllers: "A or X", hands: "Menu, tab Help" },
   { what: "heart back before you", controllers: "Press the thumbstick", hands: "Menu, tab Place" },
 ];

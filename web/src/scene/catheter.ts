@@ -31,6 +31,8 @@ const GHOST_COLOUR = 0xff9a1f;
 /** Drawn again over the heart, this strongly: it stays legible inside and still looks inside. */
 const THROUGH = 0.4;
 const OVER_HEART = 35;
+/** How much is left of the catheter while something else counts. */
+const FADED = 0.16;
 /** In the wall the skin is multiplied by this, in full from this depth on. */
 const WALL_COLOUR = [1, 0.1, 0.32] as const;
 const DEEP_MM = 1.5;
@@ -208,6 +210,16 @@ export class Catheter {
   set pointing(on: boolean) {
     this.wantsArrow = on;
     this.arrow.visible = on && this.skin.rolled.value === 1;
+  }
+
+  /** Whether it stands back behind something else that is shown: a run that is played again. */
+  set faded(on: boolean) {
+    this.solid.transparent = on;
+    this.solid.opacity = on ? FADED : 1;
+    this.solid.depthWrite = this.ghost.depthWrite = !on;
+    this.ghost.opacity = on ? FADED : 0.35;
+    this.through.opacity = on ? 0.3 * FADED : THROUGH;
+    this.solid.needsUpdate = true;
   }
 
   private colourRing(ring: number, share: number): boolean {

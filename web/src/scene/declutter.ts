@@ -23,14 +23,14 @@ export class Declutter implements Feature {
   private readonly at = new Vector3();
   private readonly unit = new Vector3(1, 1, 1);
 
-  constructor(private readonly stage: Stage, private readonly maker: LabelMaker) {}
+  constructor(private readonly stage: Stage, private readonly makers: readonly LabelMaker[]) {}
 
   describe(): void {
     this.version = -1;
   }
 
   update(frame: Frame): boolean {
-    if (this.maker.labelsVersion !== this.version) this.collect();
+    if (this.makersVersion() !== this.version) this.collect();
     if (this.labels.length === 0) return false;
     const { view } = this.stage;
     if (frame.immersive) this.viewFromScene.compose(view.head.position, view.head.orientation, this.unit);
@@ -44,8 +44,14 @@ export class Declutter implements Feature {
     return changed;
   }
 
+  private makersVersion(): number {
+    let sum = 0;
+    for (const maker of this.makers) sum += maker.labelsVersion;
+    return sum;
+  }
+
   private collect(): void {
-    this.version = this.maker.labelsVersion;
+    this.version = this.makersVersion();
     this.labels = [];
     this.stage.view.box.traverse((node) => {
       if (node instanceof Sprite && rankOf(node) !== null && this.labels.length < MOST_LABELS) this.labels.push(node);

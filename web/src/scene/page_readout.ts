@@ -75,7 +75,7 @@ export class PageReadout implements Feature {
   private showTarget(): void {
     const { store, targets, readout } = this.stage;
     const { active } = targets;
-    this.targetRow.hidden = !store.value.targets;
+    this.targetRow.hidden = !store.value.targets || this.stage.training.atHand || this.stage.replay.shown;
     if (this.targetRow.hidden) return;
     const { target } = readout;
     setText(this.name, active === null ? "No target yet" : active.name);

@@ -10,6 +10,9 @@ import { makeFeatures } from "../stage/features";
 import type { SettingsStore } from "../stage/settings";
 import type { Stage } from "../stage/stage";
 import { pageStorage } from "../stage/storage";
+import { TrainingModel } from "../training/model";
+import { Replay } from "../training/replay";
+import { toast } from "../ui/toasts";
 import { Catheter } from "./catheter";
 import { CutPlanes } from "./cut_planes";
 import { EndoscopePicture } from "./endoscope";
@@ -63,6 +66,8 @@ export class Stagecraft {
       readout: new Readout(),
       endoscope: new EndoscopePicture(settings),
       targets: new TargetBook(pageStorage()),
+      training: new TrainingModel(),
+      replay: new Replay(() => this.stage.training.change(), (sentence) => toast(sentence, "bad")),
       plates: [],
       blood: null,
     };

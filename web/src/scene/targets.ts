@@ -41,6 +41,11 @@ export class Targets implements Feature, LabelMaker {
   private readonly way: Line<BufferGeometry, LineDashedMaterial>;
   private readonly wayEnds = new BufferAttribute(new Float32Array(6), 3).setUsage(DynamicDrawUsage);
   private readonly wayLengths = new BufferAttribute(new Float32Array(2), 1).setUsage(DynamicDrawUsage);
+  /** Kept: a material that goes takes its program along, and the next one would be compiled in the middle of a session. */
+  private readonly dot = {
+    shape: new SphereGeometry(OTHER_MM, 16, 10),
+    material: new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.75 }),
+  };
   private others: InstancedMesh<SphereGeometry, MeshLambertMaterial> | null = null;
   private labels: Sprite[] = [];
   private readonly tone = new ReachedTone();
@@ -68,6 +73,7 @@ export class Targets implements Feature, LabelMaker {
     const refresh = (): void => void (this.dirty = true);
     stage.store.listen(refresh);
     stage.targets.listen(refresh);
+    stage.training.listen(refresh);
     stage.view.renderer.domElement.addEventListener("dblclick", (event) => this.placeAt(event));
     for (const kind of ["pointerdown", "keydown"]) addEventListener(kind, () => this.wake(), { passive: true });
   }
@@ -82,7 +88,7 @@ export class Targets implements Feature, LabelMaker {
     const changed = this.dirty && this.rebuild();
     this.dirty = false;
     const { store, targets, tip, readout } = this.stage;
-    const target = store.value.targets ? targets.active : null;
+    const target = this.shown ? targets.active : null;
     const { track } = frame;
     const known = target !== null && tip.valid && track !== null && !track.stale;
     this.ball.visible = target !== null;
@@ -104,6 +110,12 @@ export class Targets implements Feature, LabelMaker {
     return this.paint(frame) || changed;
   }
 
+  /** Whether these targets are to be seen: not beside those of a trial, nor of a run that is shown again. */
+  private get shown(): boolean {
+    const { store, training, replay } = this.stage;
+    return store.value.targets && !training.atHand && !replay.shown;
+  }
+
   /** Begins the watch over the present target anew: it counts as not reached. */
   restart(): void {
     this.watch.restart();
@@ -117,7 +129,7 @@ export class Targets implements Feature, LabelMaker {
   /** Places a target where a double click meets the heart. */
   private placeAt({ offsetX, offsetY }: MouseEvent): void {
     const { store, view, heart, targets } = this.stage;
-    if (!store.value.targets || store.locked("targets") || view.immersive) return;
+    if (!this.shown || store.locked("targets") || view.immersive) return;
     const { clientWidth, clientHeight } = view.renderer.domElement;
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2((2 * offsetX) / clientWidth - 1, 1 - (2 * offsetY) / clientHeight), view.camera);
@@ -158,7 +170,8 @@ export class Targets implements Feature, LabelMaker {
   /** Makes balls and labels anew where that is needed; returns whether it was. */
   private rebuild(): boolean {
     const { store, targets, view } = this.stage;
-    const { targets: reaching, landmarks } = store.value;
+    const { landmarks } = store.value;
+    const reaching = this.shown;
     const active = reaching ? targets.active : null;
     const key = `${reaching} ${landmarks} ${targets.version}`;
     if (key === this.builtFrom) return false;
@@ -171,7 +184,7 @@ export class Targets implements Feature, LabelMaker {
       this.ring.scale.setScalar(Math.max(RING.leastMm, active.radiusMm));
     }
     const others = targets.targets.filter((target) => target !== active && (reaching || (landmarks && !target.own)));
-    this.others = makeDots(others);
+    this.others = this.makeDots(others);
     if (this.others !== null) this.group.add(this.others);
     for (const target of targets.targets) {
       if (target === active || (landmarks && !target.own)) this.addLabel(target, target === active);
@@ -198,21 +211,18 @@ export class Targets implements Feature, LabelMaker {
     this.labels = [];
     this.others?.removeFromParent();
     this.others?.dispose();
-    this.others?.geometry.dispose();
-    this.others?.material.dispose();
     this.others = null;
+  }
+
+  /** Returns small balls at targets, all in one go; null for none. */
+  private makeDots(targets: readonly Target[]): InstancedMesh<SphereGeometry, MeshLambertMaterial> | null {
+    if (targets.length === 0) return null;
+    const dots = new InstancedMesh(this.dot.shape, this.dot.material, targets.length);
+    const place = new Matrix4();
+    targets.forEach(({ position }, i) => dots.setMatrixAt(i, place.compose(position, new Quaternion(), new Vector3(1, 1, 1))));
+    dots.renderOrder = BALL_ORDER;
+    return dots;
   }
 }
 
 const GREEN = new Color(REACHED_COLOUR);
-
-/** Returns small balls at targets, all in one go; null for none. */
-function makeDots(targets: readonly Target[]): InstancedMesh<SphereGeometry, MeshLambertMaterial> | null {
-  if (targets.length === 0) return null;
-  const material = new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.75 });
-  const dots = new InstancedMesh(new SphereGeometry(OTHER_MM, 16, 10), material, targets.length);
-  const place = new Matrix4();
-  targets.forEach(({ position }, i) => dots.setMatrixAt(i, place.compose(position, new Quaternion(), new Vector3(1, 1, 1))));
-  dots.renderOrder = BALL_ORDER;
-  return dots;
-}

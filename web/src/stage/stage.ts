@@ -12,6 +12,8 @@ import type { TargetBook } from "../scene/target_book";
 import type { View } from "../scene/view";
 import type { Settings } from "../settings";
 import type { TipPose } from "./feature";
+import type { TrainingModel } from "../training/model";
+import type { Replay } from "../training/replay";
 import type { Blood } from "../xr/standpoint";
 import type { SettingsStore } from "./settings";
 
@@ -31,6 +33,10 @@ export interface Stage {
   readonly readout: Readout;
   readonly endoscope: EndoscopePicture;
   readonly targets: TargetBook;
+  /** How the trial stands whose targets are in the scene. */
+  readonly training: TrainingModel;
+  /** The run that is shown again. */
+  readonly replay: Replay;
   /** Pictures that stand in a headset's room now: to be pointed at and moved. */
   readonly plates: Plate[];
   /** Where the blood is; null until that is known. Set by the wall's feature. */

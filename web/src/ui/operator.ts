@@ -16,10 +16,10 @@ export class Operator {
   private readonly record = byId<HTMLButtonElement>("record");
   private readonly reset = byId<HTMLButtonElement>("reset-tracker");
 
-  /** `onRole` hears whether this page may steer now. */
+  /** `onRole` hears whether this page may steer now, and whether it may command at all. */
   constructor(
     private readonly commands: Commands,
-    private readonly onRole: (operating: boolean) => void,
+    private readonly onRole: (steering: boolean, operating: boolean) => void,
   ) {
     this.record.addEventListener("click", () => this.toggleRecording());
     this.reset.addEventListener("click", () => void this.ask("reset_tracker", "The tracker starts afresh."));
@@ -87,6 +87,6 @@ export class Operator {
     for (const control of byId("steering").querySelectorAll<HTMLInputElement | HTMLSelectElement>("input, select")) {
       control.disabled = !operating;
     }
-    this.onRole(operating && this.hasTwin);
+    this.onRole(operating && this.hasTwin, operating);
   }
 }

@@ -13,10 +13,10 @@ export class PeoplePanel {
   }
 
   show(): void {
-    const { others, self, followed, awaited } = this.people;
+    const { others, self, followed, awaited, guideStep } = this.people;
     byId("people").hidden = others.length === 0;
     this.strip.hidden = followed === null && awaited === null;
-    setText(byId("following-text"), followed !== null ? `Following ${followed.name}` : awaited !== null ? `Waiting for ${awaited} to come back` : "");
+    setText(byId("following-text"), followed !== null ? `Following ${followed.name}${guideStep === "" ? "" : ` · guide: ${guideStep}`}` : awaited !== null ? `Waiting for ${awaited} to come back` : "");
     const key = JSON.stringify([others, self?.name, followed?.id]);
     if (key === this.shown) return;
     this.shown = key;

@@ -1,25 +1,29 @@
 /** The headset: its sessions, the viewer's hands, where the world stands, the menu, the numbers and what must not be missed. */
 
-import { Color, Mesh, Vector3 } from "three";
-import type { Material, Object3D, Scene } from "three";
+import { Color, Vector3 } from "three";
+import type { Scene } from "three";
 import type { SceneDescription } from "../generated/messages";
 import type { Plate } from "../flat/plate";
 import type { DrawnTrack } from "../motion/drawn";
 import type { Feature, Frame } from "../stage/feature";
 import type { Stage } from "../stage/stage";
 import type { Condition } from "../ui/condition";
+import type { TrainingAct } from "../training/xr/rows";
+import type { CanvasPlate } from "./canvas_plate";
 import { HandDrawings } from "./drawings";
+import { drawBefore, lengthOf } from "./drawn";
 import { Clearing } from "./clearing";
 import { HandCut } from "./hand_cut";
 import { HeartBatch } from "./heart_batch";
 import { isShown } from "./hits";
 import { CONTROLLER_HELP, HAND_HELP } from "./help_words";
+import type { LazyFollower } from "./hud";
 import { Hud, Notice } from "./hud";
 import { hudLines, noticeOf } from "./hud_words";
 import { Interaction } from "./interaction";
 import { LabelBatch } from "./label_batch";
 import { Menu } from "./menu";
-import type { Act, Situation, TargetAct } from "./menu_model";
+import type { Act, Row, Situation, TargetAct } from "./menu_model";
 import { nextArm } from "./menu_model";
 import type { Head, Placement } from "./placement";
 import { Places } from "./places";
@@ -43,6 +47,11 @@ const SETTLED_FRAMES = 3;
 const BUTTON = { stick: 3, lower: 4, upper: 5 } as const;
 const BUTTONS: readonly number[] = Object.values(BUTTON);
 
+/** A plate that stays in view, beside the numbers. */
+export interface HeadUp extends CanvasPlate {
+  readonly follower: LazyFollower;
+}
+
 export class Immersion implements Feature {
   readonly sessions: XrSessions;
   readonly places: Places;
@@ -50,6 +59,10 @@ export class Immersion implements Feature {
   readonly notice = new Notice();
   /** Shows a newcomer round; null where nobody does. */
   guide: (() => void) | null = null;
+  /** What the menu offers about trials, and what a press there does. */
+  training: { rows(): Row[]; act(what: TrainingAct): void } | null = null;
+  /** Other plates that stay in view; they show and hide themselves. */
+  readonly headUps: HeadUp[] = [];
   private readonly head: Head;
   private readonly hud = new Hud();
   private readonly wrist: WristButton;
@@ -85,6 +98,7 @@ export class Immersion implements Feature {
       canGuide: () => this.guide !== null,
       target: () => this.targetNow(),
       tip: () => stage.tip.valid,
+      training: () => this.training?.rows() ?? [],
       onAct: (act) => this.act(act),
     });
     this.wrist = new WristButton(() => this.menu.toggle(this.head));
@@ -165,6 +179,7 @@ export class Immersion implements Feature {
   /** In a chamber of the heart, walls stand between the viewer and plates: these are drawn over them then. */
   private showBefore(within: boolean): void {
     drawBefore(this.hud.group, within);
+    for (const plate of this.headUps) drawBefore(plate.group, within);
     for (const plate of this.own) drawBefore(plate.group, within);
     for (const plate of this.stage.plates) drawBefore(plate.group, within);
     drawBefore(this.hands.marks.mesh, within);
@@ -193,7 +208,7 @@ export class Immersion implements Feature {
   }
 
   shownPlates(): Plate[] {
-    return [this.hud, this.notice, ...this.own, ...this.stage.plates].filter(isShown);
+    return [this.hud, this.notice, ...this.headUps, ...this.own, ...this.stage.plates].filter(isShown);
   }
 
   clearTimes(): void {
@@ -297,6 +312,7 @@ export class Immersion implements Feature {
     if ("target" in act) this.actOnTarget(act.target);
     if ("arm" in act) this.turnArm(act.arm, act.by);
     if ("parts" in act) this.showParts(act.parts === "show");
+    if ("training" in act) this.training?.act(act.training);
   }
 
   private actOnTarget(what: TargetAct): void {
@@ -333,11 +349,14 @@ export class Immersion implements Feature {
       if (hud.visible) hud.say(hudLines(this.figures(frame.track)));
     }
     if (hud.visible) hud.follower.update(hud, this.head, frame.dtS, this.findRoom());
+    for (const plate of this.headUps) {
+      if (plate.visible) plate.follower.update(plate, this.head, frame.dtS, this.findRoom(true));
+    }
     if (notice.visible) notice.follower.update(notice, this.head, frame.dtS, null);
   }
 
-  /** Where the numbers may stand: not over the heart, nor over what is to be read or pressed. */
-  private findRoom(): Clearing {
+  /** Where the numbers may stand: not over the heart, nor over what is to be read or pressed; `beside`: nor over the numbers. */
+  private findRoom(beside = false): Clearing {
     const { clearing, places, pointable } = this;
     clearing.begin(this.head);
     if (this.stage.world.visible && places.scale < NEARLY_INSIDE) {
@@ -347,6 +366,7 @@ export class Immersion implements Feature {
       clearing.ball(this.roomFromBox(this.place.setFromMatrixPosition(this.stage.tip.matrix)), TIP_RADIUS_M * places.scale);
     }
     for (const plate of pointable) if (plate !== this.wrist && isShown(plate)) clearing.plate(plate);
+    if (beside && this.hud.visible) clearing.plate(this.hud);
     return clearing;
   }
 
@@ -370,22 +390,4 @@ export class Immersion implements Feature {
       if (node.name === "floor") node.visible = !through;
     });
   }
-}
-
-/** Returns the length of the drawn catheter, mm. */
-function lengthOf({ points, count }: DrawnTrack): number {
-  let length = 0;
-  for (let i = 3; i < 3 * count; i += 3) {
-    length += Math.hypot(points[i]! - points[i - 3]!, points[i + 1]! - points[i - 2]!, points[i + 2]! - points[i - 1]!);
-  }
-  return length;
-}
-
-/** Lets a thing be drawn over what is nearer; looks only when that changes. */
-function drawBefore(thing: Object3D, before: boolean): void {
-  if ((thing.userData["before"] ?? false) === before) return;
-  thing.userData["before"] = before;
-  thing.traverse((node) => {
-    if (node instanceof Mesh) (node.material as Material).depthTest = !before;
-  });
 }

@@ -17,7 +17,7 @@ import { levelForward } from "./placement";
 const SHARPNESS = 2.3;
 /** To the right of the heart, at arm's length: neither covers it nor what stands to its left. */
 const AHEAD_M = 0.48;
-const RIGHT_M = 0.385;
+const RIGHT_M = 0.425;
 const BELOW_M = 0.14;
 /** A dragged slider is drawn anew this often at most. */
 const REDRAW_MS = 40;
@@ -32,6 +32,7 @@ export interface MenuParts {
   target(): Situation["target"];
   /** Whether the tip is known. */
   tip(): boolean;
+  training(): Row[];
   onAct(act: Act): void;
 }
 
@@ -50,6 +51,11 @@ export class Menu extends CanvasPlate {
   constructor(private readonly parts: MenuParts) {
     super("menu", WIDTH, HEIGHT, SHARPNESS);
     parts.store.listen(() => (this.stale = true));
+  }
+
+  /** What its rows say first, as drawn last; for tests. */
+  get labels(): string[] {
+    return this.rows.map(({ label }) => label);
   }
 
   get openTab(): Tab {
@@ -141,8 +147,8 @@ export class Menu extends CanvasPlate {
 
   private situation(): Situation {
     const { store } = this.parts;
-    const { parts, helpLines, canGuide, target, tip } = this.parts;
-    return { store, parts: parts(), helpLines: helpLines(), canGuide: canGuide(), target: target(), tip: tip() };
+    const { parts, helpLines, canGuide, target, tip, training } = this.parts;
+    return { store, parts: parts(), helpLines: helpLines(), canGuide: canGuide(), target: target(), tip: tip(), training };
   }
 
   /** Lights up what is pointed at, and says in a sentence what it does. */

@@ -5,7 +5,7 @@ import { contains } from "./canvas_plate";
 import type { Row, Tab } from "./menu_model";
 import { ROWS_SHOWN, TABS } from "./menu_model";
 
-export const WIDTH = 500;
+export const WIDTH = 570;
 const BAR = 46;
 const TAB = 44;
 const ROW = 42;
@@ -24,13 +24,30 @@ export const TITLE_BAR: Rect = { x: 0, y: 0, w: WIDTH - BAR, h: BAR };
 export const CLOSE: Rect = { x: WIDTH - BAR, y: 0, w: BAR, h: BAR };
 export const FOOTER: Rect = { x: MARGIN, y: HEIGHT - FOOT, w: WIDTH - 2 * MARGIN, h: FOOT };
 
+type TabPlace = Extract<Spot, { kind: "tab" }>;
+const CLOSING: Spot = { kind: "close" };
+const MOVING: Spot = { kind: "bar" };
+const NOTHING: Spot = { kind: "nothing" };
+/** Places are asked for in every frame in which somebody points at the menu: they are made once. */
+const TAB_PLACES: readonly TabPlace[] = placeTabs();
+const ROW_PLACES: readonly Rect[] = Array.from({ length: ROWS_SHOWN }, (_, index) => placeRow(index));
+const SEGMENTS = new WeakMap<Row, { readonly rect: Rect; readonly places: readonly Rect[] }>();
+
 /** Returns the tabs' places: as wide as their names. */
-export function tabRects(): readonly { readonly tab: Tab; readonly rect: Rect }[] {
+export function tabRects(): readonly TabPlace[] {
+  return TAB_PLACES;
+}
+
+function placeTabs(): TabPlace[] {
   const places = shareOut(TABS.map((tab) => tab.length + 1.9), { x: GAP, y: BAR, w: WIDTH - 2 * GAP, h: TAB });
-  return TABS.map((tab, index) => ({ tab, rect: places[index]! }));
+  return TABS.map((tab, index) => ({ kind: "tab", tab, rect: places[index]! }));
 }
 
 export function rowRect(index: number): Rect {
+  return ROW_PLACES[index] ?? placeRow(index);
+}
+
+function placeRow(index: number): Rect {
   return { x: GAP, y: BAR + TAB + GAP + index * (ROW + GAP), w: WIDTH - 2 * GAP, h: ROW };
 }
 
@@ -63,9 +80,13 @@ export function numberRect(rect: Rect): Rect {
 }
 
 /** Returns the places of a choice's or of buttons' segments. */
-export function segments(row: Extract<Row, { kind: "choice" | "buttons" }>, rect: Rect): Rect[] {
+export function segments(row: Extract<Row, { kind: "choice" | "buttons" }>, rect: Rect): readonly Rect[] {
+  const known = SEGMENTS.get(row);
+  if (known?.rect === rect) return known.places;
   const names = row.kind === "choice" ? row.choices : row.buttons;
-  return shareOut(names.map(({ label }) => label.length + 3), controlRect(row, rect));
+  const places = shareOut(names.map(({ label }) => label.length + 3), controlRect(row, rect));
+  SEGMENTS.set(row, { rect, places });
+  return places;
 }
 
 function shareOut(weights: readonly number[], whole: Rect): Rect[] {
@@ -86,18 +107,25 @@ export type Spot =
 
 /** Returns what is at a place. segment: which of a choice or of buttons, -1 beside them; of a part 0 its slider, 1 its switch. */
 export function spotAt(rows: readonly Row[], x: number, y: number): Spot {
-  if (contains(CLOSE, x, y)) return { kind: "close" };
-  if (contains(TITLE_BAR, x, y)) return { kind: "bar" };
-  const tab = tabRects().find(({ rect }) => contains(rect, x, y));
-  if (tab !== undefined) return { kind: "tab", ...tab };
-  const index = rows.findIndex((_, each) => contains(rowRect(each), x, y));
-  if (index < 0) return { kind: "nothing" };
-  const rect = rowRect(index);
-  const row = rows[index]!;
-  const segment = row.kind === "choice" || row.kind === "buttons"
-    ? segments(row, rect).findIndex((each) => contains(each, x, y))
-    : row.kind === "part" ? (x < controlRect(row, rect).x + controlRect(row, rect).w + 8 ? 0 : 1) : -1;
-  return { kind: "row", index, rect, segment };
+  if (contains(CLOSE, x, y)) return CLOSING;
+  if (contains(TITLE_BAR, x, y)) return MOVING;
+  for (const place of TAB_PLACES) if (contains(place.rect, x, y)) return place;
+  for (let index = 0; index < rows.length; index++) {
+    const rect = rowRect(index);
+    if (contains(rect, x, y)) return { kind: "row", index, rect, segment: segmentAt(rows[index]!, rect, x, y) };
+  }
+  return NOTHING;
+}
+
+function segmentAt(row: Row, rect: Rect, x: number, y: number): number {
+  if (row.kind === "part") {
+    const slider = controlRect(row, rect);
+    return x < slider.x + slider.w + 8 ? 0 : 1;
+  }
+  if (row.kind !== "choice" && row.kind !== "buttons") return -1;
+  const places = segments(row, rect);
+  for (let index = 0; index < places.length; index++) if (contains(places[index]!, x, y)) return index;
+  return -1;
 }
 
 /** Returns how far along a slider's track a place is, 0 to 1. */

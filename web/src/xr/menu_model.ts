@@ -4,17 +4,19 @@ import { ARM_PRESETS, armText, sameArm } from "../fluoro/arms";
 import type { Control } from "../stage/controls";
 import { CONTROLS } from "../stage/controls";
 import type { ArmAngles, Change, SceneSettings, SettingKey, SettingsStore } from "../stage/settings";
+import type { TrainingAct } from "../training/xr/rows";
 import type { Placement } from "./placement";
 import { PLACEMENTS } from "./placement";
 
-export type Tab = "View" | "Ultrasound" | "Heart" | "Parts" | "Targets" | "Place" | "Help";
-export const TABS: readonly Tab[] = ["View", "Ultrasound", "Heart", "Parts", "Targets", "Place", "Help"];
+export type Tab = "View" | "Ultrasound" | "Heart" | "Parts" | "Targets" | "Training" | "Place" | "Help";
+export const TABS: readonly Tab[] = ["View", "Ultrasound", "Heart", "Parts", "Targets", "Training", "Place", "Help"];
 /** Which of the page's groups a tab shows. */
 const GROUP: Partial<Record<Tab, Control["group"]>> = { View: "View", Ultrasound: "Ultrasound", Heart: "Heart", Targets: "Training" };
 
 export type Act =
   | { readonly place: Placement } | { readonly leave: true } | { readonly page: number } | { readonly guide: true }
-  | { readonly target: TargetAct } | { readonly arm: 0 | 1; readonly by: number } | { readonly parts: "show" | "hide" };
+  | { readonly target: TargetAct } | { readonly arm: 0 | 1; readonly by: number } | { readonly parts: "show" | "hide" }
+  | { readonly training: TrainingAct };
 export type TargetAct = "next" | "previous" | "add" | "remove";
 
 interface Common {
@@ -32,8 +34,15 @@ export type Row =
     readonly kind: "slider"; readonly key: SettingKey; readonly value: number; readonly text: string;
     readonly low: number; readonly high: number; readonly step: number;
   })
-  | (Common & { readonly kind: "buttons"; readonly buttons: readonly { readonly label: string; readonly act: Act }[] })
+  | (Common & { readonly kind: "buttons"; readonly buttons: readonly ActButton[] })
   | (Common & { readonly kind: "text" });
+
+export interface ActButton {
+  readonly label: string;
+  readonly act: Act;
+  /** Whether it stands for what is set now. */
+  readonly chosen?: boolean;
+}
 
 export interface Choice {
   readonly value: string;
@@ -52,6 +61,8 @@ export interface Situation {
   readonly target: { readonly name: string; readonly own: boolean; readonly number: number; readonly count: number } | null;
   /** Whether the tip is known: a target can be placed there. */
   readonly tip: boolean;
+  /** The rows of the tab about trials. */
+  training(): Row[];
 }
 
 /** Returns the rows of a tab, and how many pages of them there are. */
@@ -69,6 +80,7 @@ function allRows(tab: Tab, now: Situation): Row[] {
   if (tab === "Help") return helpRows(now);
   if (tab === "Place") return placeRows(now);
   if (tab === "Parts") return partRows(now);
+  if (tab === "Training") return now.training();
   const { store } = now;
   const controls = CONTROLS.filter(({ group, shown }) => group === GROUP[tab] && (shown?.(store.value) ?? true));
   const rows = controls.map((each) => rowOf(each, store));

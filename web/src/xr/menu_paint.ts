@@ -63,7 +63,7 @@ function paintRow(context: CanvasRenderingContext2D, row: Row, rect: Rect): void
       paintButton(context, each, name, value === row.value);
     });
   }
-  if (row.kind === "buttons") segments(row, rect).forEach((each, index) => paintButton(context, each, row.buttons[index]!.label, false));
+  if (row.kind === "buttons") segments(row, rect).forEach((each, index) => paintButton(context, each, row.buttons[index]!.label, row.buttons[index]!.chosen === true));
   context.globalAlpha = 1;
 }
 

@@ -39,6 +39,8 @@ export interface XrDebug {
   settings(): SceneSettings;
   /** Where a row of the open menu is pressed, m in the room; null where there is none. */
   row(label: string, segment?: number): Triple | null;
+  /** What the rows of the open menu say first. */
+  rows(): string[];
   tab(tab: Tab): void;
   /** The heart's middle, m in the world's own frame, as it was found last. */
   centre(): Triple;
@@ -72,6 +74,7 @@ export function xrDebug(immersion: Immersion, store: SettingsStore): XrDebug {
       const point = new Vector3((place[0] - 0.5) * widthM, (place[1] - 0.5) * heightM, 0).applyMatrix4(group.matrixWorld);
       return point.toArray() as Triple;
     },
+    rows: () => immersion.menu.labels,
     tab: (tab) => immersion.menu.show(tab),
     centre: () => immersion.places.centre.toArray(),
     plates: () => immersion.shownPlates().map((plate) => ({ title: plate.title, corners: corners(plate) })),

@@ -1,0 +1,136 @@
+"""Looking at a back-lit picture as it is: grey values and the back-light behind them, where they are asked for."""
+
+import math
+
+import numpy as np
+from numba import njit, types
+from numba.extending import overload
+
+from cathxr.core import PixelArray
+from cathxr.geometry.medians import median_of
+from cathxr.vision.segmentation import MatteArray
+
+STEP_PX = 0.5
+"""Distance between samples where an edge is looked for."""
+
+RawSource = tuple[PixelArray, MatteArray, float, float]
+"""A back-lit picture as it is, the back-light at reduced size, pixels for each of its own, and the light's gain since.
+
+Where a matte is asked for, this serves too: the matte is worked out where it is looked at and nowhere else.
+"""
+
+
+@njit(cache=True, nogil=True)
+def light_at(source, x, y):  # type: ignore[no-untyped-def]
+    """Return the back-light at a picture's pixel (x, y), at least 1."""
+    _, light, step, gain = source
+    rows, columns = light.shape
+    across = min(max((x - 0.5 * (step - 1.0)) / step, 0.0), columns - 1.001)
+    down = min(max((y - 0.5 * (step - 1.0)) / step, 0.0), rows - 1.001)
+    column, row = int(across), int(down)
+    fx, fy = across - column, down - row
+    left, upper = np.uintp(column), np.uintp(row)
+    right, lower = np.uintp(column + 1), np.uintp(row + 1)
+    above = light[upper, left] * (1.0 - fx) + light[upper, right] * fx
+    below = light[lower, left] * (1.0 - fx) + light[lower, right] * fx
+    return max(gain * (above * (1.0 - fy) + below * fy), 1.0)
+
+
+def grey_at(pixels: PixelArray, x: float, y: float, outside: float) -> float:
+    """Return the grey level at (x, y) by bilinear interpolation, `outside` beyond the picture."""
+    return float(_grey_one(pixels, x, y, outside))
+
+
+@overload(grey_at)
+def _grey_overload(pixels, x, y, outside):  # type: ignore[no-untyped-def]
+    if isinstance(pixels, types.Array) and pixels.ndim == 3:
+        return lambda pixels, x, y, outside: _coloured(pixels, x, y, outside)
+    return lambda pixels, x, y, outside: _plain(pixels, x, y, outside)
+
+
+@njit(cache=True, nogil=True)
+def _grey_one(pixels, x, y, outside):  # type: ignore[no-untyped-def]
+    return grey_at(pixels, x, y, outside)
+
+
+@njit(cache=True, nogil=True)
+def _plain(pixels, x, y, outside):  # type: ignore[no-untyped-def]
+    height, width = pixels.shape
+    if not (0.0 <= x <= width - 1.0 and 0.0 <= y <= height - 1.0):
+        return outside
+    column, row = min(int(x), width - 2), min(int(y), height - 2)
+    fx, fy = x - column, y - row
+    # indices without a sign need no look at whether they count from the end
+    left, upper = np.uintp(column), np.uintp(row)
+    right, lower = np.uintp(column + 1), np.uintp(row + 1)
+    above = pixels[upper, left] * (1.0 - fx) + pixels[upper, right] * fx
+    below = pixels[lower, left] * (1.0 - fx) + pixels[lower, right] * fx
+    return above + (below - above) * fy
+
+
+@njit(cache=True, nogil=True)
+def _coloured(pixels, x, y, outside):  # type: ignore[no-untyped-def]
+    height, width = pixels.shape[0], pixels.shape[1]
+    if not (0.0 <= x <= width - 1.0 and 0.0 <= y <= height - 1.0):
+        return outside
+    column, row = min(int(x), width - 2), min(int(y), height - 2)
+    fx, fy = x - column, y - row
+    left, upper = np.uintp(column), np.uintp(row)
+    right, lower = np.uintp(column + 1), np.uintp(row + 1)
+    above = _weighted(pixels, upper, left) * (1.0 - fx) + _weighted(pixels, upper, right) * fx
+    below = _weighted(pixels, lower, left) * (1.0 - fx) + _weighted(pixels, lower, right) * fx
+    return (above + (below - above) * fy) / 16384.0
+
+
+@njit(cache=True, nogil=True)
+def _weighted(pixels, row, column):  # type: ignore[no-untyped-def]
+    """Return 16384 times a pixel without its colour, weighted as OpenCV does: whole numbers are quick."""
+    return (
+        1868 * np.int32(pixels[row, column, 0])
+        + 9617 * np.int32(pixels[row, column, 1])
+        + 4899 * np.int32(pixels[row, column, 2])
+    )
+
+
+@njit(cache=True, nogil=True)
+def dark_edge(pixels, x, y, dx, dy, reach, bright, slope):  # type: ignore[no-untyped-def]
+    """Return (distance, fall) of where it first gets bright from (x, y) along the unit (dx, dy); distance < 0: nowhere.
+
+    Bright is `bright` + `slope` times the distance, grey levels. fall: of darkness per pixel there. As `profiles.edge`
+    with the matte's level, for a light that changes evenly on the way. The start must be dark.
+    """
+    before = bright - grey_at(pixels, x, y, 1e9)
+    count = int(reach / STEP_PX)
+    for i in range(1, count + 1):
+        distance = i * STEP_PX
+        limit = bright + slope * distance
+        dark = limit - grey_at(pixels, x + distance * dx, y + distance * dy, 1e9)
+        if dark < 0.0 <= before:
+            if dark < -1e6:  # beyond the picture
+                return -1.0, 0.0
+            return distance - STEP_PX * (1.0 - before / (before - dark)), (before - dark) / STEP_PX
+        before = dark
+    return -1.0, 0.0
+
+
+@njit(cache=True, nogil=True)
+def light_gain(source, points, normals, count, away, levels):  # type: ignore[no-untyped-def]
+    """Return the median of picture / back-light beside a line: at `count` points (N, 2) plus and minus `away` px.
+
+    The source's own gain counts as 1; 0 where nothing is seen. levels (2 N,): room for what is seen.
+    """
+    seen = 0
+    for i in range(count):
+        for side in (-1.0, 1.0):
+            x, y = points[i, 0] + side * away * normals[i, 0], points[i, 1] + side * away * normals[i, 1]
+            value = grey_at(source[0], x, y, -1.0)
+            if value >= 0.0:
+                levels[seen] = value / light_at(source, x, y)
+                seen += 1
+    return median_of(levels, seen)
+
+
+@njit(cache=True, nogil=True)
+def apart(ax, ay, bx, by):  # type: ignore[no-untyped-def]
+    """Return the distance of two points; `math.hypot` guards against sizes that no picture has."""
+    return math.sqrt((ax - bx) * (ax - bx) + (ay - by) * (ay - by))

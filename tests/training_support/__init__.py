@@ -1,0 +1,1 @@
+"""What the tests of training share: Tracks made by hand, and a hand that steers the twin."""

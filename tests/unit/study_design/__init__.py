@@ -1,0 +1,1 @@
+"""Tests of studies' designs, allocation, surveys, exclusion and the board."""

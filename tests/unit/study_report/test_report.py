@@ -1,0 +1,155 @@
+"""The report: what it must say, that it asks nothing of a network, that both writers take every block."""
+
+import base64
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from cathxr.core.trials import Answer
+from cathxr.study.analysis.analyse import analyse
+from cathxr.study.analysis.data import Condition, Measure, StudyData, SurveyItem
+from cathxr.study.analysis.paper_table import PAPER_RATINGS
+from cathxr.study.report.compose import Made, report
+from cathxr.study.report.document import Bullets, Document, Figure, Heading, Paragraph, Table, numbered
+from cathxr.study.report.figures_paths import TrialPath
+from cathxr.study.report.html import html
+from cathxr.study.report.pdf import pdf
+from cathxr.study.simulate import EVERYBODY_2D_FIRST, Effects, Plan, simulated
+
+SIMULATED = "These data are simulated: no person took part."
+MADE = Made(
+    "2026-01-09T10:00:00Z",
+    "0.0",
+    (("statsmodels", "0"),),
+    question="Is 3D faster?",
+    simulated=SIMULATED,
+)
+CONDITIONS = (Condition("2d", "2D view"), Condition("3d", "3D <view>"))
+
+
+def _data(plan: Plan, limit_s: float | None = 190.0) -> StudyData:
+    study = simulated(plan, Effects(limit_s=limit_s), np.random.default_rng(1))
+    answers = tuple(
+        Answer(study.participants[at].code, "paper", item, "after", "2026-01-09T10:00:00Z", float(value))
+        for item, row in PAPER_RATINGS.items()
+        for at, value in enumerate(row[: len(study.participants)])
+    )
+    items = tuple(SurveyItem("paper", item, f"Question {item}?", 1.0, 5.0) for item in PAPER_RATINGS)
+    secondary = (Measure("sparc", "SPARC", "", "higher"), Measure("path_length", "Path length", "mm", log=True))
+    return StudyData(
+        "A & B <study>", CONDITIONS, study.participants, study.trials, answers, secondary=secondary, items=items,
+        rules=("A trial that was unseen for over 20 % does not count.",),
+    )  # fmt: skip
+
+
+def _path(trial: str, condition: str) -> TrialPath:
+    tip = np.cumsum(np.random.default_rng(2).normal(0.0, 1.0, (60, 3)), axis=0)
+    seen = np.ones(60, dtype=bool)
+    seen[20:30] = False
+    return TrialPath(trial, condition, tip, seen, np.zeros((1, 3)))
+
+
+@cache
+def _document() -> Document:
+    data = _data(Plan(participants=6, practice=1))
+    return report(analyse(data), MADE, [_path("a", "2d"), _path("b", "3d")])
+
+
+def _words(document: Document) -> str:
+    told = []
+    for block in document.blocks:
+        if isinstance(block, Heading | Paragraph):
+            told.append(block.text)
+        elif isinstance(block, Bullets):
+            told += block.items
+        elif isinstance(block, Table):
+            told += [block.caption, block.note, *block.head, *(cell for row in block.rows for cell in row)]
+        else:
+            told += [block.caption, block.alt]
+    return "\n".join(told)
+
+
+def test_it_says_what_it_must() -> None:
+    words = _words(_document())
+    for what in (
+        "Flow of participants", "Wilcoxon signed-rank", "Paired permutation", "0.031", "6 participants", "SIM001",
+        "Kaplan-Meier", "Learning curves", "hazard ratio", "Hodges-Lehmann", "p, Holm", "Paths of the tip",
+        "carry-over", "3.67 ± 1.63", "3.67 ± 1.03", "paper prints 3.6", "simulated: no person took part",
+        "Exclusion rules", "not a medical device", "Familiarisation", "between-within",
+    ):  # fmt: skip
+        assert what in words, what
+    assert "nan" not in words.lower().split()
+
+
+def test_the_page_asks_nothing_of_a_network_and_is_escaped() -> None:
+    page = html(_document())
+    assert "A &amp; B &lt;study&gt;" in page
+    assert "<script" not in page
+    assert "3D <view>" not in page
+    sources = re.findall(r'(?:src|href)="([^"]*)"', page)
+    assert sources
+    assert all(each.startswith(("data:", "#")) for each in sources)
+    assert "url(" not in page
+    figures = [block for block in _document().blocks if isinstance(block, Figure)]
+    assert page.count("<img") == len(figures) > 5
+    for data in re.findall(r"data:image/svg\+xml;base64,([^\"]+)", page):
+        svg = base64.b64decode(data).decode()
+        assert "<svg" in svg
+        assert not re.search(r'href="(?!#|data:)', svg)
+        assert "<dc:date>" not in svg
+    assert len(re.findall('alt="[^"]{10,}"', page)) == len(figures)
+
+
+def test_numbers_of_tables_and_figures_are_in_order() -> None:
+    labels = [each.label for each in numbered(_document().blocks) if each.label]
+    tables = [each for each in labels if each.startswith("Table")]
+    assert tables == [f"Table {at}" for at in range(1, len(tables) + 1)]
+
+
+def test_the_pdf_is_one_and_the_same_each_time() -> None:
+    first = pdf(_document())
+    assert first.startswith(b"%PDF-")
+    assert first.rstrip().endswith(b"%%EOF")
+    assert first == pdf(_document())
+
+
+def test_one_order_for_all_warns_and_does_not_claim() -> None:
+    data = _data(Plan(participants=6, sequences=EVERYBODY_2D_FIRST), limit_s=None)
+    document = report(analyse(data), MADE)
+    warnings = [b.text for b in document.blocks if isinstance(b, Paragraph) and b.kind == "warning"]
+    assert any("cannot be told from practice" in each for each in warnings)
+    assert "speaks in favour" not in _words(document)
+
+
+@pytest.mark.parametrize("people", [0, 1, 2])
+def test_a_study_that_has_hardly_begun_has_a_report(people: int) -> None:
+    data = _data(Plan(participants=people, trials=1))
+    document = report(analyse(data), replace(MADE, simulated=""))
+    assert html(document)
+    assert pdf(document).startswith(b"%PDF-")
+
+
+def test_a_path_keeps_its_gap() -> None:
+    runs = _path("a", "2d").runs()
+    assert [len(each) for each in runs] == [20, 30]
+
+
+def test_three_views_in_a_latin_square() -> None:
+    plan = Plan(
+        participants=6, conditions=("2d", "3d", "free"),
+        sequences=(("2d", "3d", "free"), ("3d", "free", "2d"), ("free", "2d", "3d")),
+    )  # fmt: skip
+    study = simulated(plan, Effects(), np.random.default_rng(3))
+    conditions = tuple(Condition(each, each.upper()) for each in plan.conditions)
+    found = analyse(StudyData("three", conditions, study.participants, study.trials))
+    assert len(found.primary.model.of_kind("view")) == 2
+    assert len(found.primary.holm_p) == 2
+    assert pdf(report(found, MADE)).startswith(b"%PDF-")
+
+
+def test_tables_must_fit_their_heads() -> None:
+    with pytest.raises(ValueError, match="2 cells"):
+        Table("x", ("a", "b"), (("1",),))

@@ -1,14 +1,15 @@
-"""`cathxr doctor box`: light, focus and fiducials of both cameras, each with what to do."""
+"""`cathxr doctor box`: light, focus and fiducials of both cameras, and which is which, each with what to do."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import click
 
-from cathxr.app.doctor_findings import Finding, show
+from cathxr.app.doctor_findings import show
 from cathxr.app.errors import FAILED, told_in_a_sentence
 from cathxr.app.page_options import PATH
 from cathxr.core import ConfigError, PixelArray, Rig
+from cathxr.runtime.setup_nouns import SetupCheck
 
 
 @click.command("box")
@@ -35,7 +36,8 @@ def box(
     front: Path | None,
     crosses: bool,
 ) -> None:
-    """Check exposure, back-light and focus of the empty box; with --crosses, which fiducials each camera sees.
+    """Check exposure, back-light and focus of the empty box; with --crosses, which fiducials each camera
+    sees, and which camera is which by them.
 
     \b
     Examples:
@@ -54,56 +56,22 @@ def box(
         taken = read_pictures(rig, {name: [path] for name, path in given.items()})
     else:
         taken = live_pictures(rig, source, config=config, seed=None, scene="pillars" if crosses else "empty")
-    findings = [
-        finding
-        for name, pictures in taken.items()
-        for finding in (_markers if crosses else _light)(rig, name, pictures[0].pixels)
-    ]
+    findings = tuple(_found(rig, {name: each[0].pixels for name, each in taken.items()}, crosses=crosses))
     show(findings)
-    if any(each.level == "wrong" for each in findings):
+    if any(each.verdict == "wrong" for each in findings):
         context.exit(FAILED)
 
 
-def _light(rig: Rig, name: str, pixels: PixelArray) -> Iterator[Finding]:
-    from cathxr.calibration import picture_checks as limits
+def _found(rig: Rig, pictures: Mapping[str, PixelArray], *, crosses: bool) -> Iterator[SetupCheck]:
+    """Yield what the pictures say; which camera is which is told by both pictures with both crosses."""
+    from cathxr.runtime import setup_pictures as checks
 
-    found = limits.light_and_focus(pixels, rig.cameras[name], rig.roi)
-    low, high = limits.LEVELS
-    what, told = (
-        f"exposure, {name}",
-        f"brightest part {100 * found.level:.0f} %, {100 * found.saturated:.2f} % saturated",
-    )
-    if found.saturated > limits.MOST_SATURATED or found.level > high:
-        yield Finding(what, "wrong", told, "shorten the exposure or dim the back light")
-    elif found.level < low:
-        yield Finding(what, "wrong", told, "is the back light on? lengthen the exposure or turn it up")
-    else:
-        yield Finding(what, "good", told)
-    what, told = f"back light, {name}", f"darkest over brightest part of the ROI: {found.evenness:.2f}"
-    if found.evenness < limits.LEAST_EVENNESS:
-        yield Finding(what, "wrong", told, "look for LED rows that are out, and at the camera's distance and tilt")
-    else:
-        yield Finding(what, "good", told)
-    what = f"focus, {name}"
-    if found.blur_px is None:
-        yield Finding(what, "missing", "no edge to tell by", "put the inlet in; its edge is what is looked at")
-    elif found.blur_px > limits.MOST_BLUR_PX:
-        yield Finding(what, "wrong", f"edges {found.blur_px:.1f} px wide", "turn the lens until the inlet is sharpest")
-    else:
-        yield Finding(what, "good", f"edges {found.blur_px:.1f} px wide")
-
-
-def _markers(rig: Rig, name: str, pixels: PixelArray) -> Iterator[Finding]:
-    from cathxr.calibration.marker_finding import find_markers
-
-    seen = find_markers(rig, name, pixels)
-    own = [each.name for each in rig.markers.get(name, ())]
-    found = [each.name for each in seen.markers]
-    told = f"{len(found)} of {sum(len(each) for each in rig.markers.values())}: {', '.join(found) or 'none'}"
-    what = f"fiducials, {name}"
-    if seen.problem is not None:
-        yield Finding(what, "wrong", told, seen.problem)
-    elif missing := [each for each in seen.missing if each in own]:
-        yield Finding(what, "missing", told, f"not seen: {', '.join(missing)}; light them, clean them, move the finger")
-    else:
-        yield Finding(what, "good", told)
+    known = {name: pictures[name] for name in checks.CAMERAS if name in pictures}
+    if not crosses:
+        for name, pixels in known.items():
+            yield from checks.light_checks(rig, name, pixels)
+        return
+    for sighting in checks.sightings(rig, known).values():
+        yield checks.marker_check(rig, sighting)
+    if len(known) == len(checks.CAMERAS):
+        yield checks.which_check(rig, known)

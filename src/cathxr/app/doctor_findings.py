@@ -1,27 +1,18 @@
-"""What a check of `cathxr doctor` found, and the table that shows it."""
+"""The table that shows what the checks of `cathxr doctor` found."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from rich.console import Console
 from rich.table import Table
 
-_STYLES = {"good": "green", "missing": "yellow", "wrong": "red"}
+from cathxr.runtime.setup_nouns import SetupCheck
+
+_STYLES = {"good": "green", "warn": "yellow", "unknown": "blue", "wrong": "red"}
 
 
-@dataclass(frozen=True)
-class Finding:
-    """What one check found. level: "good", "missing" (not needed for everything) or "wrong"."""
-
-    what: str
-    level: str
-    found: str
-    then: str = ""
-
-
-def show(findings: Sequence[Finding]) -> None:
+def show(findings: Sequence[SetupCheck]) -> None:
     """Print findings as a table."""
     table = Table("check", "", "found", "what to do")
     for each in findings:
-        table.add_row(each.what, f"[{_STYLES[each.level]}]{each.level}[/]", each.found, each.then)
+        table.add_row(each.title, f"[{_STYLES[each.verdict]}]{each.verdict}[/]", each.found, each.then)
     Console().print(table)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from cathxr.hardware.layout import Layout
-from cathxr.hardware.purchase import sheet_list, shopping_list
+from cathxr.hardware.purchase import NOT_DRAWN, sheet_list, shopping_list
 
 _COLUMNS = ("group", "item", "quantity", "unit", "mass_g_each", "mass_g", "specification", "file")
 
@@ -71,4 +71,5 @@ def bill_markdown(layout: Layout, rows: Sequence[tuple[str, ...]]) -> str:
             lines += ["| what | quantity | specification |", "|---|---:|---|"]
             lines += [f"| {row[1]} | {row[2]} {row[3]} | {row[6]} |" for row in own]
             lines.append("")
+    lines += [f"Not drawn in the assembly: {', '.join(NOT_DRAWN)}.", ""]
     return "\n".join(lines)

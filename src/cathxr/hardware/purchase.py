@@ -26,10 +26,32 @@ def shopping_list(layout: Layout) -> tuple[Bought, ...]:
     return (*_optics(layout), *_light(layout), *_frame(layout), *_roll(layout))
 
 
+def strip_rows(layout: Layout) -> int:
+    """Return how many rows of LEDs there are in one light box."""
+    return int(np.floor(2.0 * layout.wall_u_mm / layout.parameters.light.pitch_mm))
+
+
 def strip_m(layout: Layout) -> float:
     """Return the length of LED strip in one light box."""
-    count = int(np.floor(2.0 * layout.wall_u_mm / layout.parameters.light.pitch_mm))
-    return count * 2.0 * layout.inner_mm * 1e-3
+    return strip_rows(layout) * 2.0 * layout.inner_mm * 1e-3
+
+
+def front_strip_m(layout: Layout) -> float:
+    """Return the length of LED strip around the windows of both masks."""
+    return 8.0 * 2.0 * layout.window_half_mm * 1e-3
+
+
+def supply_watt(layout: Layout) -> float:
+    """Return what the supply must be able to give, with a third to spare."""
+    watt = layout.parameters.light.watt_per_m * (2.0 * strip_m(layout) + front_strip_m(layout))
+    return float(np.ceil(1.3 * watt / 5.0) * 5.0)
+
+
+NOT_DRAWN = (
+    "LED strips of the front light", "springs", "washers", "screws and their nuts", "magnets", "glue", "cables",
+    "supply and dimmers", "the Nano with its resistors",
+)  # fmt: skip
+"""What is bought and does not stand in the assembly."""
 
 
 def _optics(layout: Layout) -> list[Bought]:
@@ -48,14 +70,13 @@ def _optics(layout: Layout) -> list[Bought]:
 
 def _light(layout: Layout) -> list[Bought]:
     light = layout.parameters.light
-    back, front = 2.0 * strip_m(layout), 8.0 * 2.0 * layout.window_half_mm * 1e-3
-    watt = light.watt_per_m * (back + front)
+    back, front = 2.0 * strip_m(layout), front_strip_m(layout)
     return [
         Bought("LED strip, back light", round(back, 2), "m", "24 V, white 5000 to 6500 K, CRI 90, "
                f"{light.watt_per_m:g} W/m, at least 120 LEDs/m; rows {light.pitch_mm:g} mm apart on both LED plates"),
         Bought("LED strip, front light", round(front, 2), "m", "the same, around the windows inside both masks; on a "
                "switch of its own"),
-        Bought("Power supply", 1, "piece", f"24 V DC, at least {np.ceil(1.3 * watt / 5.0) * 5.0:.0f} W, CE marked, "
+        Bought("Power supply", 1, "piece", f"24 V DC, at least {supply_watt(layout):.0f} W, CE marked, "
                "with a barrel connector"),
         Bought("LED dimmer", 2, "piece", "24 V, constant current or PWM above 20 kHz: a slower one makes pictures "
                "flicker; one for the back, one for the front light"),
@@ -118,4 +139,14 @@ def sheet_list(layout: Layout) -> tuple[Bought, ...]:
     )
 
 
-__all__ = ["DENSITY_G_CM3", "Bought", "sheet_list", "shopping_list", "strip_m"]
+__all__ = [
+    "DENSITY_G_CM3",
+    "NOT_DRAWN",
+    "Bought",
+    "front_strip_m",
+    "sheet_list",
+    "shopping_list",
+    "strip_m",
+    "strip_rows",
+    "supply_watt",
+]

@@ -1,4 +1,4 @@
-"""Pictures of solids for the manual: parallel projection, one light, drawn edges. Numba, no graphics card needed."""
+"""Pictures of solids for the manual: parallel projection, one light, drawn edges, names beside. No graphics card."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,19 +9,26 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cathxr.core import FloatArray, PixelArray
+from cathxr.hardware.labels import with_labels
 
 _FINER = 2
 _MARGIN = 0.04
 _LIGHT = np.array([0.35, 0.55, 0.76])
 _PAPER = 255
+_CREASE = 0.82
+"""The cosine of the angle, 35 degrees, from which two faces meet in an edge."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """One body to draw: triangles (F, 3, 3) mm and its colour, red green blue 0 to 1."""
+    """One body to draw: triangles (F, 3, 3) mm, its colour, red green blue 0 to 1.
+
+    label: its name beside; several may share one.
+    """
 
     triangles: FloatArray
     colour: tuple[float, float, float]
+    label: str = ""
 
 
 def view_axes(towards: Sequence[float], up: Sequence[float] = (0.0, 0.0, 1.0)) -> FloatArray:
@@ -47,11 +54,55 @@ def picture(bodies: Sequence[Drawn], axes: FloatArray, *, width_px: int = 1100, 
         flat = np.ascontiguousarray((triangles - middle) * scale)
         flat[..., 0] += 0.5 * wide
         flat[..., 1] = 0.5 * tall - flat[..., 1]
+        facing = smooth_normals(triangles)
         normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-        length = np.linalg.norm(normal, axis=1)
-        kept = (length > 1e-12) & (normal[:, 2] > 0)
-        _fill(flat[kept], normal[kept] / length[kept, None], index, depth, which, normals)
-    return _shaded(bodies, which, normals, depth, scale)
+        kept = normal[:, 2] > 1e-12
+        _fill(flat[kept], facing[kept], index, depth, which, normals)
+    level = _shaded(bodies, which, normals, depth, scale)
+    if not any(each.label for each in bodies):
+        return level
+    small = which[::_FINER, ::_FINER]
+    # Of several with one name, the one of which most is seen bears it.
+    seen_px = np.bincount(small[small >= 0], minlength=len(bodies))
+    chosen: dict[str, int] = {}
+    for index, each in enumerate(bodies):
+        if each.label and (each.label not in chosen or seen_px[index] > seen_px[chosen[each.label]]):
+            chosen[each.label] = index
+    return with_labels(level, {label: small == index for label, index in chosen.items()})
+
+
+def smooth_normals(triangles: FloatArray) -> FloatArray:
+    """Return normals (F, 3, 3) at the corners of triangles: round where neighbours bend little, sharp at edges."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(normal, axis=1)
+    unit = normal / np.maximum(length, 1e-12)[:, None]
+    keys = np.rint(triangles.reshape(-1, 3) * 1e3).astype(np.int64)
+    _, group = np.unique(keys, axis=0, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    ends = np.cumsum(np.bincount(group))
+    return np.asarray(_smoothed(unit, length, order, ends).reshape(-1, 3, 3), dtype=np.float64)
+
+
+@njit(cache=True, nogil=True)
+def _smoothed(unit, weight, order, ends):  # type: ignore[no-untyped-def]
+    """Return the mean normal at every corner, of the faces there that bend by less than the crease."""
+    found = np.zeros((order.shape[0], 3))
+    start = 0
+    for end in ends:
+        for i in range(start, end):
+            corner = order[i]
+            own = corner // 3
+            for j in range(start, end):
+                other = order[j] // 3
+                dot = unit[own, 0] * unit[other, 0] + unit[own, 1] * unit[other, 1] + unit[own, 2] * unit[other, 2]
+                if dot > _CREASE:
+                    for k in range(3):
+                        found[corner, k] += weight[other] * unit[other, k]
+            length = np.sqrt((found[corner] ** 2).sum())
+            for k in range(3):
+                found[corner, k] = found[corner, k] / length if length > 1e-12 else unit[own, k]
+        start = end
+    return found
 
 
 @njit(cache=True, nogil=True)
@@ -78,7 +129,8 @@ def _fill(triangles, facing, index, depth, which, normals):  # type: ignore[no-u
                     depth[y, x] = z
                     which[y, x] = index
                     for k in range(3):
-                        normals[y, x, k] = facing[f, k]
+                        first, second, third = facing[f, 0, k], facing[f, 1, k], facing[f, 2, k]
+                        normals[y, x, k] = (1.0 - v - w) * first + v * second + w * third
 
 
 def _shaded(

@@ -6,6 +6,7 @@ import pytest
 from cathxr.core import ConfigError
 from cathxr.geometry import CameraModel
 from cathxr.hardware import layout as drawn
+from cathxr.hardware.examples import refused_examples
 from cathxr.hardware.holes import nominal_phantom
 from cathxr.hardware.layout import Layout
 from cathxr.hardware.light import least_distance_mm, lit
@@ -115,12 +116,26 @@ def test_rig_and_phantom_come_back_from_their_files(good: Layout) -> None:
     assert phantom_to_text(phantom_from_text(phantom_to_text(phantom))) == phantom_to_text(phantom)
 
 
-def test_the_twins_catheter_reaches_every_hole(good: Layout) -> None:
-    rig, phantom = nominal_rig(good), nominal_phantom(good)
-    assert len(visit(rig, phantom).rests) == len(phantom.holes)
+def test_the_phantoms_holes_lie_where_a_catheter_can_reach(good: Layout) -> None:
+    phantom = nominal_phantom(good)
     aside = np.hypot(*phantom.positions_mm[:, 1:].T)
     assert (aside <= 35.0).all()
     assert ((phantom.positions_mm[:, 0] >= 20.0) & (phantom.positions_mm[:, 0] <= 115.0)).all()
+
+
+@pytest.mark.proof
+def test_the_twins_catheter_reaches_every_hole(good: Layout) -> None:
+    rig, phantom = nominal_rig(good), nominal_phantom(good)
+    assert len(visit(rig, phantom).rests) == len(phantom.holes)
+
+
+def test_three_rigs_are_refused_each_for_a_reason_of_its_own() -> None:
+    told = set()
+    for _, parameters in refused_examples():
+        with pytest.raises(ConfigError) as refusal:
+            check(parameters)
+        told.add(str(refusal.value).partition(":")[0])
+    assert len(told) == 3
 
 
 def test_a_small_bed_cuts_the_beams() -> None:

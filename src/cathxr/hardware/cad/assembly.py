@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from cathxr.hardware.cad.camera import camera_places
 from cathxr.hardware.cad.crosses import cross_places
-from cathxr.hardware.cad.frame import frame_places
+from cathxr.hardware.cad.fittings import fitting_places
+from cathxr.hardware.cad.frame import frame_places, sheet_parts
 from cathxr.hardware.cad.inlet import inlet_parts, inlet_places
 from cathxr.hardware.cad.part import ALWAYS, BOUGHT, CUT, PRINTED, SOFT, Part, Place
 from cathxr.hardware.cad.phantom import phantom_place
@@ -44,16 +45,18 @@ class Rig3d:
 
 def rig_3d(layout: Layout) -> Rig3d:
     """Return the rig as solids: a few seconds of work."""
+    sheets, inlets = sheet_parts(layout), tuple(inlet_parts(layout))
     places = (
-        *frame_places(layout),
-        *inlet_places(layout),
+        *frame_places(layout, sheets),
+        *fitting_places(layout),
+        *inlet_places(layout, inlets),
         *camera_places(layout),
         *cross_places(layout),
         phantom_place(layout),
-        *roll_places(layout),
+        *roll_places(layout, sheets["rail_plate"]),
     )
     there = {each.part.key for each in places}
-    return Rig3d(layout, places, tuple(each for each in inlet_parts(layout) if each.key not in there))
+    return Rig3d(layout, places, tuple(each for each in inlets if each.key not in there))
 
 
 __all__ = ["ALWAYS", "BOUGHT", "CUT", "PRINTED", "SOFT", "Rig3d", "rig_3d"]

@@ -163,7 +163,8 @@ def all_problems(rig: Rig3d, *, report: Progress | None = None) -> list[Problem]
         meshes[key] = mesh_of(part.solid)
         if key in made:
             found += part_problems(part, rig.layout, meshes)
-    coarse = {key: mesh_of(part.solid, tolerance_mm=_COARSE_MM) for key, part in parts.items()}
+    seen = {each.part.key for each in rig.within([CALIBRATION])}
+    coarse = {key: mesh_of(part.solid, tolerance_mm=_COARSE_MM) for key, part in parts.items() if key in seen}
     tell("Looking with both cameras", None)
     found += sight_problems(rig, coarse)
     return found + interferences(rig.places, report=report)

@@ -1,6 +1,6 @@
 """The frame: twelve equal beams, eight corners of two hands, panels, rods, light boxes."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -16,13 +16,13 @@ _CYCLES = tuple(np.roll(np.eye(3), shift, axis=0) for shift in range(3))
 """Rows: t, v, w of beams along x, z, y, u, v, n of the faces z, y, x: (x, y, z), (z, x, y), (y, z, x)."""
 
 
-def frame_places(layout: Layout) -> Iterator[Place]:
-    """Yield beams, corners, panels, rods and light boxes."""
+def frame_places(layout: Layout, sheets: Mapping[str, Part]) -> Iterator[Place]:
+    """Yield beams, corners, panels, rods and light boxes. sheets: `sheet_parts`."""
     yield from _beams(layout)
     yield from _corners(layout)
-    yield from _panels(layout)
+    yield from _panels(layout, sheets)
     yield from _rods(layout)
-    yield from _light_boxes(layout)
+    yield from _light_boxes(layout, sheets["light_wall"])
 
 
 def beam(layout: Layout) -> Solid:
@@ -120,8 +120,7 @@ def face_columns(axis: str, sign: float) -> FloatArray:
     return np.column_stack([sign * u, v, sign * n])
 
 
-def _panels(layout: Layout) -> Iterator[Place]:
-    sheets = sheet_parts(layout)
+def _panels(layout: Layout, sheets: Mapping[str, Part]) -> Iterator[Place]:
     where = (
         ("diffuser", "z", -1.0), ("diffuser", "y", 1.0), ("mask", "z", 1.0), ("mask", "y", -1.0),
         ("inlet_panel", "x", -1.0), ("end_panel", "x", 1.0),
@@ -157,7 +156,7 @@ def _rods(layout: Layout) -> Iterator[Place]:
             yield Place(parts[kind], origin, columns, group="rods")
 
 
-def _light_boxes(layout: Layout) -> Iterator[Place]:
+def _light_boxes(layout: Layout, wall: Part) -> Iterator[Place]:
     parameters = layout.parameters
     gap, hole = parameters.light.gap_mm, layout.rod_hole_mm
     tube = cut(rod((0, 0, 0), "z", gap, 12.0), [rod((0, 0, -1.0), "z", gap + 2.0, hole)])
@@ -165,7 +164,6 @@ def _light_boxes(layout: Layout) -> Iterator[Place]:
     nut = 2.0 * parameters.frame.rod_mm + 1.0
     cup = cut(rod((0, 0, 0), "z", -16.0, nut + 11.0), [rod((0, 0, 1.0), "z", -14.0, nut)])
     foot = Part("foot", "Foot", PRINTED, cup, BLACK, (0.0, 0.0, 1.0), "Or in TPU, which keeps the table's shocks away.")
-    wall = sheet_parts(layout)["light_wall"]
     for axis, sign in (("z", -1.0), ("y", 1.0)):
         columns = face_columns(axis, sign)
         start = layout.centre + layout.outer_mm * columns[:, 2]

@@ -1,6 +1,6 @@
 """The inlet's holder, its inserts from 6F to 14F, and the jig at the far end. Origin and axes are those of `box`."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import build123d as b
 import numpy as np
@@ -24,9 +24,9 @@ _FLANGE_MM, _INSERT_FLANGE_MM = 6.0, 5.0
 _LEAD_MM = 6.0
 
 
-def inlet_places(layout: Layout) -> Iterator[Place]:
-    """Yield the holder, the insert of the chosen catheter, and the jig."""
-    for part in inlet_parts(layout):
+def inlet_places(layout: Layout, parts: Iterable[Part]) -> Iterator[Place]:
+    """Yield the holder, the insert of the chosen catheter, and the jig. parts: `inlet_parts`."""
+    for part in parts:
         if part.key in ("inlet_holder", f"inlet_{layout.parameters.catheter.french}F"):
             yield Place(part, setup=ALWAYS, group="inlet")
     yield Place(Part("jig", "Transducer jig", PRINTED, _jig(layout), GREY, (-1.0, 0.0, 0.0)), setup=JIG, group="jig")

@@ -6,7 +6,7 @@ import build123d as b
 import numpy as np
 
 from cathxr.core import FloatArray
-from cathxr.hardware.cad.frame import BLACK, GREY, STEEL, sheet_parts
+from cathxr.hardware.cad.frame import BLACK, GREY, STEEL
 from cathxr.hardware.cad.gear import HUB_HALF_MM, gear_parts
 from cathxr.hardware.cad.part import BOUGHT, PRINTED, Part, Place
 from cathxr.hardware.cad.shapes import Solid, block, cut, joined, rod
@@ -34,8 +34,8 @@ class _Heights:
         self.plate = self.rail - layout.parameters.panel.plate_mm
 
 
-def roll_places(layout: Layout) -> Iterator[Place]:
-    """Yield the roll unit in the middle of its rail, and the rail on the frame."""
+def roll_places(layout: Layout, rail_plate: Part) -> Iterator[Place]:
+    """Yield the roll unit in the middle of its rail, and the rail on the frame. rail_plate: of `sheet_parts`."""
     at = np.array([float(layout.centre[0]) - layout.outer_mm - _BEFORE_MM, 0.0, 0.0])
     gears, apart = gear_parts(layout), centre_mm(layout.parameters.gear)
     aside = at + np.array([0.0, apart, 0.0])
@@ -54,7 +54,7 @@ def roll_places(layout: Layout) -> Iterator[Place]:
     cap = Part("bearing_cap", "Bearing cap", PRINTED, _cap(), GREY, (1.0, 0.0, 0.0))
     yield Place(cap, at - wall, group="roll")
     yield Place(cap, at + wall, group="roll")
-    yield from _rail(layout, at)
+    yield from _rail(layout, at, rail_plate)
 
 
 def _base(layout: Layout) -> Solid:
@@ -148,7 +148,7 @@ def _nano_holder(layout: Layout) -> Solid:
     return cut(body, tools)
 
 
-def _rail(layout: Layout, at: FloatArray) -> Iterator[Place]:
+def _rail(layout: Layout, at: FloatArray, rail_plate: Part) -> Iterator[Place]:
     """Yield rail, carriage, the plate under them, its bracket on the frame, and the leg at the far end."""
     heights = _Heights(layout)
     front = float(layout.centre[0]) - layout.outer_mm
@@ -160,7 +160,7 @@ def _rail(layout: Layout, at: FloatArray) -> Iterator[Place]:
     carriage = block((at[0] - 22.7, -13.5, low), (at[0] + 22.7, 13.5, heights.carriage))
     yield Place(Part("carriage", "Carriage MGN12H", BOUGHT, carriage, STEEL), group="roll")
     middle = np.array([front - 0.5 * RAIL_LENGTH_MM - 10.0, 0.0, heights.plate])
-    yield Place(sheet_parts(layout)["rail_plate"], middle, group="roll")
+    yield Place(rail_plate, middle, group="roll")
     bracket = Part("rail_bracket", "Bracket of the rail", PRINTED, _bracket(layout), BLACK, (0.0, 0.0, -1.0))
     yield Place(bracket, np.array([front, 0.0, 0.0]), group="roll")
     floor = -(layout.led_mm + plate + 16.0)

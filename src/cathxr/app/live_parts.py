@@ -1,7 +1,9 @@
 """Puts the live system together from a configuration: the rig, the source, the scene. Opens nothing yet."""
 
+import threading
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +27,7 @@ from cathxr.storage.rig_file import example_rig, read_rig
 from cathxr.storage.session import SessionReader
 from cathxr.tracking import make_tracker
 from cathxr.twin import TwinWorld, scene, true_rig
+from cathxr.twin.drivers import TwinCamera
 from cathxr.vision import make_detector
 from cathxr.wire.messages import SceneDescription, TwinDescription
 from cathxr.wire.packed import Packed
@@ -73,6 +76,7 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
         if config.twin.rate_hz is not None:
             options[name]["rate_hz"] = config.twin.rate_hz
     cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=options[name]) for name in rig.cameras}
+    _get_ready(cameras.values())
     encoder, commands = None, {}
     if rig.roll is not None:
         play_deg = config.twin.encoder_backlash_deg
@@ -96,6 +100,18 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     )
     description, files = _scene(config, rig, TWIN, twin)
     return LiveParts(TWIN, rig, optical, live, description, files, world=world, optical=optical)
+
+
+def _get_ready(cameras: Iterable[Source[Image]]) -> None:
+    """Have the twin's cameras draw their empty box while everything else loads."""
+    for camera in cameras:
+        if isinstance(camera, TwinCamera):
+            threading.Thread(target=_drawn_ahead, args=(camera,), name=f"draw-{camera.camera}", daemon=True).start()
+
+
+def _drawn_ahead(camera: TwinCamera) -> None:
+    with suppress(Exception):  # what fails here fails again, and is told, when the camera is opened
+        camera.get_ready()
 
 
 def _camera_parts(config: Config, clock: Clock) -> LiveParts:

@@ -1,9 +1,7 @@
 """Puts the live system together from a configuration: the rig, the source, the scene. Opens nothing yet."""
 
-import threading
 import tomllib
-from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +10,7 @@ import cv2
 import numpy as np
 
 from cathxr.app.config import Config
+from cathxr.app.drawn_ahead import drawn_ahead
 from cathxr.app.heart_registration import registration_of
 from cathxr.app.heart_scene import heart_scene, heart_targets
 from cathxr.app.plugins import make_camera, make_encoder
@@ -27,7 +26,6 @@ from cathxr.storage.rig_file import example_rig, read_rig
 from cathxr.storage.session import SessionReader
 from cathxr.tracking import make_tracker
 from cathxr.twin import TwinWorld, scene, true_rig
-from cathxr.twin.drivers import TwinCamera
 from cathxr.vision import make_detector
 from cathxr.wire.messages import SceneDescription, TwinDescription
 from cathxr.wire.packed import Packed
@@ -75,8 +73,9 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     for name in rig.cameras:
         if config.twin.rate_hz is not None:
             options[name]["rate_hz"] = config.twin.rate_hz
-    cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=options[name]) for name in rig.cameras}
-    _get_ready(cameras.values())
+    cameras = {
+        name: drawn_ahead(make_camera(TWIN, rig, name, clock=clock, options=options[name])) for name in rig.cameras
+    }
     encoder, commands = None, {}
     if rig.roll is not None:
         play_deg = config.twin.encoder_backlash_deg
@@ -100,18 +99,6 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     )
     description, files = _scene(config, rig, TWIN, twin)
     return LiveParts(TWIN, rig, optical, live, description, files, world=world, optical=optical)
-
-
-def _get_ready(cameras: Iterable[Source[Image]]) -> None:
-    """Have the twin's cameras draw their empty box while everything else loads."""
-    for camera in cameras:
-        if isinstance(camera, TwinCamera):
-            threading.Thread(target=_drawn_ahead, args=(camera,), name=f"draw-{camera.camera}", daemon=True).start()
-
-
-def _drawn_ahead(camera: TwinCamera) -> None:
-    with suppress(Exception):  # what fails here fails again, and is told, when the camera is opened
-        camera.get_ready()
 
 
 def _camera_parts(config: Config, clock: Clock) -> LiveParts:

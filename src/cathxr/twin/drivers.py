@@ -1,7 +1,6 @@
 """The twin's cameras and encoder as drivers: what `cathxr.cameras` and `cathxr.encoders` find under the name "twin"."""
 
 import dataclasses
-import threading
 import zlib
 from collections.abc import Mapping
 from types import TracebackType
@@ -58,7 +57,6 @@ class TwinCamera(_TwinDevice):
         self.camera = camera
         self._clock = clock
         self._renderer: CameraRenderer | None = None
-        self._drawing = threading.Lock()
         settings = self.world.settings
         rate_hz = rate_of(options, default=min(rig.cameras[camera].rate_hz, _USUAL_RATE_HZ))
         timing = rig.timing
@@ -69,13 +67,11 @@ class TwinCamera(_TwinDevice):
         self._timed = Timed(clock, origin_ns=self.world.start_ns + skew_ns, rate_hz=rate_hz, ready_ns=ready_ns)
 
     def get_ready(self) -> None:
-        """Draw what never moves, half a second's work that opening would wait for. Any thread may call, at any time."""
-        with self._drawing:
-            if self._renderer is None:
-                renderer = CameraRenderer(self.world, self.camera)
-                # The first picture compiles or loads the kernels: better now than late.
-                renderer.picture(self.world.start_ns)
-                self._renderer = renderer
+        """Draw what never moves: half a second's work, which opening does where it is not done yet."""
+        if self._renderer is None:
+            self._renderer = CameraRenderer(self.world, self.camera)
+            # The first picture compiles or loads the kernels: better now than late.
+            self._renderer.picture(self.world.start_ns)
 
     def __enter__(self) -> Self:
         self.get_ready()

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from cathxr.app.config import Config
+from cathxr.app.drawn_ahead import drawn_ahead
 from cathxr.app.heart_registration import registration_of
 from cathxr.app.heart_scene import heart_scene, heart_targets
 from cathxr.app.plugins import make_camera, make_encoder
@@ -72,7 +73,9 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     for name in rig.cameras:
         if config.twin.rate_hz is not None:
             options[name]["rate_hz"] = config.twin.rate_hz
-    cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=options[name]) for name in rig.cameras}
+    cameras = {
+        name: drawn_ahead(make_camera(TWIN, rig, name, clock=clock, options=options[name])) for name in rig.cameras
+    }
     encoder, commands = None, {}
     if rig.roll is not None:
         play_deg = config.twin.encoder_backlash_deg

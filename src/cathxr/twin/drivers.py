@@ -66,10 +66,15 @@ class TwinCamera(_TwinDevice):
         ready_ns = round(0.5e6 * (settings.exposure_ms + settings.readout_ms))
         self._timed = Timed(clock, origin_ns=self.world.start_ns + skew_ns, rate_hz=rate_hz, ready_ns=ready_ns)
 
+    def get_ready(self) -> None:
+        """Draw what never moves: half a second's work, which opening does where it is not done yet."""
+        if self._renderer is None:
+            self._renderer = CameraRenderer(self.world, self.camera)
+            # The first picture compiles or loads the kernels: better now than late.
+            self._renderer.picture(self.world.start_ns)
+
     def __enter__(self) -> Self:
-        self._renderer = self._renderer or CameraRenderer(self.world, self.camera)
-        # The first picture compiles or loads the kernels: better now than late.
-        self._renderer.picture(self.world.start_ns)
+        self.get_ready()
         self._timed.start()
         return self
 

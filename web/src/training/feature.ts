@@ -61,7 +61,7 @@ export class TrainingFeature implements Feature {
     this.survey = new SurveyPlate(stage, this.desk);
     this.keypad = new KeypadPlate(stage, this.choice);
     immersion.headUps.push(this.plate);
-    immersion.training = {
+    immersion.acts.training = {
       rows: () => trainingRows({ model: training, choice: this.choice, desk: this.desk, replay }),
       act: (what) => this.act(what),
     };

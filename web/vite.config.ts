@@ -8,7 +8,7 @@ export default defineConfig({
   build: {
     outDir: "../src/cathxr/web_client",
     emptyOutDir: true,
-    rolldownOptions: { input: ["index.html", "calibrate.html", "heart.html", "diag.html"] },
+    rolldownOptions: { input: ["index.html", "calibrate.html", "heart.html", "diag.html", "setup.html"] },
     target: "es2022",
     assetsInlineLimit: 0, // the server's content policy lets nothing in but files of its own
     chunkSizeWarningLimit: 900,

@@ -129,6 +129,7 @@ _TAIL = """
 - With the orders balanced, view and practice are both found, and the intervals hold them as often as they say.
 - With 2D first for all, the practice of three trials is taken for the view: the interval seldom holds the true effect,
   and a study without any effect of the view finds one. The report refuses to call that difference the view's.
-- Where people differ in how much a view helps them, which the mixed model takes not to be so, its interval of the view
-  is too narrow; the analysis by person holds. The report shows both and says where they disagree.
+- Where people differ in how much a view helps them, which the mixed model takes not to be so, its intervals of view and
+  period are too narrow; the analysis by person holds. The report shows both and says where they disagree.
+- The signed-rank test does not take the period out: practice is noise to it, and it finds an effect more seldom.
 """

@@ -107,10 +107,10 @@ def _write(
 
 _HEAD = """# A whole study on the twin
 
-Made by `make prove` (tests/e2e/test_proof_study.py) with one command, `cathxr {command}`. No person took part:
-simulated hands steer the twin, as docs/study.md says. {count} trials were done, {practice} of them practice and
-{given_up} given up and done again; each was recorded, done again from its recording with the same Events bit for bit,
-and measured from it.
+Made by `make prove` (tests/e2e/test_proof_study.py) with one command, `cathxr {command}`.
+No person took part: simulated hands steer the twin, as docs/study.md says. {count} trials were done, {practice} of them
+practice and {given_up} given up and done again; each was recorded, done again from its recording with the same Events
+bit for bit, and measured from it. Path and SPARC are means over the trials in a view.
 
 | participant | 2D: period | times, s | path, mm | SPARC | 3D: period | times, s | path, mm | SPARC |
 |---|---|---|---|---|---|---|---|---|

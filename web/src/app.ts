@@ -112,6 +112,8 @@ export class App {
       onStroke: makeStrokes(this.actions()),
     });
     this.roll = new RollPanel(this.commands);
+    this.roll.onChange = () => this.immersion.menu.refresh();
+    this.immersion.acts.roll = this.roll;
     this.operator = new Operator(this.commands, (steering, operating) => {
       this.keys.steering = steering && this.sliders.ready;
       this.stagecraft.stage.training.setRole(this.linkState.phase === "live", operating);

@@ -8,7 +8,7 @@ import { RunPlayer } from "../src/training/run_player";
 import { spark } from "../src/training/spark";
 import { labelOf, missing, SurveyWalk, valuesOf } from "../src/training/survey";
 import { beads, timeColour } from "../src/training/time_colours";
-import { chiefLines, countWords, errorWords, standingWords, taskWords, timeLeft, trend, valueWords } from "../src/training/words";
+import { chiefLines, countWords, errorWords, fitted, shortName, standingWords, taskWords, timeLeft, trend, valueWords } from "../src/training/words";
 import { TRIAL_AHEAD_M, TRIAL_EM } from "../src/training/xr/trial_plate";
 import { figures, item, line, offer, path, run, state, survey, target } from "./training-states";
 
@@ -266,5 +266,21 @@ describe("words and figures", () => {
 
   it("believe of somebody's guide only a short text", () => {
     expect([guideStepOf({ guideStep: "3 of 9, Roll" }), guideStepOf({ guideStep: 3 }), guideStepOf({}), guideStepOf({ guideStep: "x".repeat(500) })]).toEqual(["3 of 9, Roll", "", "", ""]);
+  });
+});
+
+describe("names in narrow places", () => {
+  const widthOf = (words: string): number => words.length;
+
+  it("are cut at a word, and never squeezed", () => {
+    const name = "Aortic long axis, left ventricular outflow tract";
+    expect(fitted(name, 60, widthOf)).toBe(name);
+    expect(fitted(name, 20, widthOf)).toBe("Aortic long axis …");
+    expect(fitted(name, 3, widthOf)).toBe("Aortic");
+  });
+
+  it("have a first part", () => {
+    expect(shortName("Home view: tricuspid valve, right ventricle")).toBe("Home view");
+    expect(shortName("Mitral valve")).toBe("Mitral valve");
   });
 });

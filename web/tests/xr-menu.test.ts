@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import { CONTROLS } from "../src/stage/controls";
 import { SettingsStore } from "../src/stage/settings";
+import type { RollView } from "../src/ui/roll";
 import { hudLines, noticeOf } from "../src/xr/hud_words";
 import { controlRect, EM, HEIGHT, labelRect, rowRect, segments, shareAlong, spotAt, switchRect, tabRects, trackRect, WIDTH } from "../src/xr/menu_layout";
 import type { Row, Situation } from "../src/xr/menu_model";
@@ -10,6 +11,7 @@ function situation(parts = 12): Situation {
   const store = new SettingsStore();
   return {
     store, helpLines: ["one", "two"], canGuide: true, target: { name: "Fossa ovalis", own: false, number: 2, count: 5 }, tip: true, training: () => [],
+    roll: null,
     parts: Array.from({ length: parts }, (_, index) => ({ name: `part_${index}`, label: `Part ${index}` })),
   };
 }
@@ -46,6 +48,25 @@ describe("the menu", () => {
     if (hud?.kind !== "toggle") throw new Error("no toggle");
     now.store.set(toggled(hud, now.store.value));
     expect(now.store.value.hud).toBe(false);
+  });
+
+  it("lets the wearer put the roll right, or says why nobody can here", () => {
+    const now = situation(0);
+    const invalid: RollView = {
+      legend: "roll not valid", beam: false, detail: "Roll not valid: the encoder restarted.", hint: "",
+      action: { command: "roll_confirm", label: "Confirm roll" },
+    };
+    const ask = (roll: RollView | null): Row[] => rowsOf("Ultrasound", 0, { ...now, roll }).rows.filter(({ label }) => label !== "");
+    const without = ask(null).length;
+    const [why, mend] = ask(invalid);
+    expect(why).toMatchObject({ kind: "text", label: invalid.detail });
+    if (mend?.kind !== "buttons") throw new Error("no button");
+    expect(mend.buttons).toEqual([{ label: "Confirm roll", act: { roll: true } }]);
+    const viewer = ask({ ...invalid, action: null, hint: "An operator can do this, at the page or with a headset that is paired." });
+    expect(viewer.slice(0, 2).map(({ kind }) => kind)).toEqual(["text", "text"]);
+    for (const { label } of viewer) expect(label.length).toBeLessThanOrEqual(62);
+    expect(viewer.some((row) => row.label === "Roll")).toBe(false);
+    expect(ask({ ...invalid, detail: "", action: null })).toHaveLength(without);
   });
 
   it("says why a setting is held", () => {
@@ -134,19 +155,21 @@ describe("the numbers", () => {
 
   it("say what is known and leave out what is not", () => {
     const status = { label: "coasting: hidden", level: "warn" } as const;
-    const bare = hudLines({ status, insertedMm: null, rollRad: null, delayMs: null, target: null, wall });
+    const bare = hudLines({ status, insertedMm: null, rollRad: null, canMendRoll: false, delayMs: null, target: null, wall });
     expect(bare).toEqual([{ left: { text: "Coasting: hidden", tone: "warn" }, right: null }]);
     const target = {
       name: "LAA", by: "tip", distanceMm: 7.26, angleDeg: 30, beamDistanceMm: 12.7, beamAngleDeg: 12.4,
       near: true, aligned: true, within: true, dwelt: 0.5, reached: false,
     } as const;
     const lines = hudLines({
-      status, insertedMm: 83.4, rollRad: -Math.PI / 2, delayMs: 41.6, target, wall: { state: "ready", count: 2, depthMm: 1.25 },
+      status, insertedMm: 83.4, rollRad: -Math.PI / 2, canMendRoll: true, delayMs: 41.6, target, wall: { state: "ready", count: 2, depthMm: 1.25 },
     });
     expect(lines.map(({ left, right }) => `${left.text}|${right?.text ?? ""}`)).toEqual([
       "Coasting: hidden|42 ms behind", "83 mm inserted|roll −90°", "To LAA|", "tip 7.3 mm 30°|beam 13 mm 12°", "In the wall, 1.3 mm deep|",
     ]);
-    const byBeam = hudLines({ status, insertedMm: null, rollRad: null, delayMs: null, target: { ...target, by: "beam" }, wall });
+    const unknown = hudLines({ status, insertedMm: 83, rollRad: null, canMendRoll: true, delayMs: null, target: null, wall });
+    expect(unknown.at(1)?.right).toEqual({ text: "roll not valid: see the menu", tone: "warn" });
+    const byBeam = hudLines({ status, insertedMm: null, rollRad: null, canMendRoll: false, delayMs: null, target: { ...target, by: "beam" }, wall });
     expect(byBeam.at(-1)).toMatchObject({ left: { text: "beam 13 mm 12°" }, right: { text: "tip 7.3 mm 30°" } });
   });
 

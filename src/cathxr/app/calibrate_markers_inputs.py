@@ -42,10 +42,12 @@ def read_pictures(rig: Rig, files: Mapping[str, Sequence[Path]]) -> dict[str, li
     return result
 
 
-def live_pictures(rig: Rig, source: str, *, config: Path | None, seed: int | None) -> dict[str, list[TakenPicture]]:
+def live_pictures(
+    rig: Rig, source: str, *, config: Path | None, seed: int | None, scene: str = "pillars"
+) -> dict[str, list[TakenPicture]]:
     """Return one picture of each camera, the mean of several, from the twin or from real cameras.
 
-    The twin's cameras are moved off the rig's poses by seed, with both crosses in: something to be measured.
+    The twin's cameras are moved off the rig's poses by seed, in a scene of its own (with both crosses in).
 
     Raises:
         ConfigError: the configuration does not name the devices; DeviceError: a camera gives no pictures.
@@ -54,7 +56,7 @@ def live_pictures(rig: Rig, source: str, *, config: Path | None, seed: int | Non
     for name in rig.cameras:
         if source == "twin":
             clock: Clock = ManualClock()
-            driver, options = "twin", _twin_options(seed)
+            driver, options = "twin", _twin_options(seed, scene)
         else:
             clock = MonotonicClock()
             driver, options = _camera_options(config, name)
@@ -62,8 +64,8 @@ def live_pictures(rig: Rig, source: str, *, config: Path | None, seed: int | Non
     return result
 
 
-def _twin_options(seed: int | None) -> Mapping[str, Any]:
-    return {"scene": "pillars", "seed": seed or 0, "off_nominal": True}
+def _twin_options(seed: int | None, scene: str) -> Mapping[str, Any]:
+    return {"scene": scene, "seed": seed or 0, "off_nominal": True}
 
 
 def _camera_options(path: Path | None, camera: str) -> tuple[str, Mapping[str, Any]]:

@@ -24,7 +24,8 @@ _COMMANDS = {
     "study": ("study_command", "study", "Run a study: design, allocation, surveys, board, report."),
     "tasks": ("tasks_command", "tasks", "List, show and check training tasks."),
     "score": ("score_command", "score", "Measure a recorded trial, or a task on any recording."),
-    "doctor": ("doctor_command", "doctor", "Check what is connected and set up: encoder."),
+    "doctor": ("doctor_command", "doctor", "Check what is connected and set up: box, encoder."),
+    "hardware": ("hardware_command", "hardware", "Make the rig: what to print, cut and buy, from parameters."),
     "bench": ("bench_command", "bench", "Measure speed, latency, load and accuracy on this machine."),
 }
 

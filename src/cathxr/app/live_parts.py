@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from cathxr.app.config import Config
+from cathxr.app.drawn_ahead import drawn_ahead
 from cathxr.app.heart_registration import registration_of
 from cathxr.app.heart_scene import heart_scene, heart_targets
 from cathxr.app.plugins import make_camera, make_encoder
@@ -25,6 +26,7 @@ from cathxr.storage.rig_file import example_rig, read_rig
 from cathxr.storage.session import SessionReader
 from cathxr.tracking import make_tracker
 from cathxr.twin import TwinWorld, scene, true_rig
+from cathxr.twin.drivers import USUAL_RATE_HZ
 from cathxr.vision import make_detector
 from cathxr.wire.messages import SceneDescription, TwinDescription
 from cathxr.wire.packed import Packed
@@ -35,7 +37,10 @@ TWIN, CAMERAS = "twin", "cameras"
 
 @dataclass(frozen=True, eq=False)
 class LiveParts:
-    """What a live system is made of. kind: "twin", "cameras" or "replay"."""
+    """What a live system is made of. kind: "twin", "cameras" or "replay".
+
+    picture_hz: at most so many pictures a second are asked of a camera; None: as many as the rig says.
+    """
 
     kind: str
     rig: Rig
@@ -45,6 +50,7 @@ class LiveParts:
     files: Mapping[str, Path | Packed]
     world: TwinWorld | None = None
     optical: OpticalSource | None = None
+    picture_hz: float | None = None
 
 
 def live_parts(source: str, config: Config, *, clock: Clock) -> LiveParts:
@@ -72,7 +78,9 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     for name in rig.cameras:
         if config.twin.rate_hz is not None:
             options[name]["rate_hz"] = config.twin.rate_hz
-    cameras = {name: make_camera(TWIN, rig, name, clock=clock, options=options[name]) for name in rig.cameras}
+    cameras = {
+        name: drawn_ahead(make_camera(TWIN, rig, name, clock=clock, options=options[name])) for name in rig.cameras
+    }
     encoder, commands = None, {}
     if rig.roll is not None:
         play_deg = config.twin.encoder_backlash_deg
@@ -95,7 +103,8 @@ def _twin_parts(config: Config, clock: Clock) -> LiveParts:
         manoeuvres=list(world.manoeuvres),
     )
     description, files = _scene(config, rig, TWIN, twin)
-    return LiveParts(TWIN, rig, optical, live, description, files, world=world, optical=optical)
+    picture_hz = config.twin.rate_hz or USUAL_RATE_HZ
+    return LiveParts(TWIN, rig, optical, live, description, files, world=world, optical=optical, picture_hz=picture_hz)
 
 
 def _camera_parts(config: Config, clock: Clock) -> LiveParts:

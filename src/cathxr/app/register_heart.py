@@ -1,14 +1,17 @@
 """What registering needs of a heart folder: its named points, its surface, and where its registration goes."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cathxr.core import ConfigError, FloatArray
 from cathxr.heart import HeartFolder, builtin_path, read_heart
 from cathxr.heart.glb import read_glb, surface
-from cathxr.registration.drawing import HeartShape
 from cathxr.storage.atomic import check_writable
+
+if TYPE_CHECKING:
+    from cathxr.registration.drawing import HeartShape
 
 FILE_NAME = "registration.toml"
 
@@ -22,12 +25,14 @@ def chosen_heart(path: Path | None) -> HeartFolder:
     return read_heart(builtin_path() if path is None else path)
 
 
-def heart_shape(heart: HeartFolder) -> HeartShape:
+def heart_shape(heart: HeartFolder) -> "HeartShape":
     """Return the whole heart's surface, each part in its colour.
 
     Raises:
         DataError: the GLB file is damaged.
     """
+    from cathxr.registration.drawing import HeartShape  # with matplotlib, which only pictures need
+
     document, binary = read_glb(heart.glb)
     vertices: list[FloatArray] = []
     triangles, colours, count = [], [], 0
@@ -56,7 +61,7 @@ def chosen_out(heart: HeartFolder, out: Path | None) -> Path:
     return target
 
 
-def far_outside(shape: HeartShape, name: str, point_ct: FloatArray) -> str:
+def far_outside(shape: "HeartShape", name: str, point_ct: FloatArray) -> str:
     """Return a sentence where a point (3,) lies so far off the heart that its coordinates are another's; else ""."""
     low, high = shape.vertices_ct.min(axis=0), shape.vertices_ct.max(axis=0)
     off = float(np.linalg.norm(np.maximum(np.maximum(low - point_ct, point_ct - high), 0.0)))

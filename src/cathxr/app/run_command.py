@@ -86,6 +86,7 @@ def serve(
     from cathxr.app.controls import ControlsPublisher
     from cathxr.app.diag_folder import DiagFolder
     from cathxr.app.live_parts import live_parts
+    from cathxr.app.setup_wiring import setup_beside
     from cathxr.app.training_parts import training_parts
     from cathxr.app.training_wiring import training_beside
     from cathxr.app.view_commands import view_commands
@@ -114,6 +115,7 @@ def serve(
         system.truths.add("page", lambda truth: hub.publish_event(_truth_event(truth)))
 
     training = training_beside(system, trained, clock=clock, outlet=hub)
+    setup = setup_beside(system, parts, clock=clock, hub=hub, lan=config.server.lan)
 
     def commands(command: Command) -> Mapping[str, Any]:
         return system.handle(command.name, command.args)
@@ -131,6 +133,7 @@ def serve(
         server.start()
         try:
             training.__enter__()
+            setup.__enter__()
             system.__enter__()
             click.echo(f"cathxr runs on {_described(source, config)}. Ctrl-C ends it.")
             click.echo(access_text(server, asked_port=chosen.port))
@@ -142,6 +145,7 @@ def serve(
             closing.start()
             ended = system.stop()
             ended = training.close() and ended
+            setup.__exit__()
             closing.join()
     click.echo("Stopped.")
     leave(ended=ended)

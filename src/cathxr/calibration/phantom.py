@@ -1,5 +1,6 @@
 """The accuracy protocol: tip errors in the holes of a phantom, systematic and random, and how well visits repeat."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -7,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from cathxr.calibration.phantom_dwells import Dwell, Visit, find_dwells, matched
-from cathxr.core import CalibrationError, FloatArray, Track
+from cathxr.core import CalibrationError, FloatArray, Status, Track
 from cathxr.core.phantom import Phantom
 
 
@@ -74,10 +75,7 @@ def phantom_errors(phantom: Phantom, sessions: Sequence[tuple[str, Sequence[Trac
         notes += _notes(phantom, name, dwells, visits)
     seen = len({hole for _, _, hole in found})
     if seen < 3:
-        raise CalibrationError(
-            f"The tip rested in only {seen} holes of the phantom {phantom.name!r}, three are needed: leave it for two "
-            "seconds in every hole, in order, and check that the phantom sits as its file says."
-        )
+        raise CalibrationError(_too_few(phantom, seen, [each for _, tracks in sessions for each in tracks]))
     holes = np.array([hole for _, _, hole in found])
     tips = np.stack([dwell.mean_box for _, dwell, _ in found])
     places = phantom.positions_mm[holes]
@@ -103,6 +101,21 @@ def phantom_errors(phantom: Phantom, sessions: Sequence[tuple[str, Sequence[Trac
         moved_mm=float(np.linalg.norm(shift)),
         stated_mm=float(np.median([dwell.sigma_mm for _, dwell, _ in found])),
         notes=tuple(notes),
+    )
+
+
+def _too_few(phantom: Phantom, seen: int, tracks: Sequence[Track]) -> str:
+    """Return the sentence for fewer than three holes: most often the rig is not that of the box, or nobody waited."""
+    lost = [each.reason for each in tracks if each.status is not Status.TRACKED]
+    if len(lost) > 0.5 * len(tracks) and lost:
+        most = Counter(lost).most_common(1)[0][0].rstrip(".")
+        return (
+            f"Only {len(tracks) - len(lost)} of {len(tracks)} Tracks are tracked ({most}): calibrate the rig for this "
+            "box first, as one that is only drawn, or another's, does not do."
+        )
+    return (
+        f"The tip rested in only {seen} holes of the phantom {phantom.name!r}, three are needed: leave it for two "
+        "seconds in every hole, in order, and check that the phantom sits as its file says."
     )
 
 

@@ -81,6 +81,7 @@ class Recorder:
         self._state = _State.AWAITING_RESET
         self._reset_asked = True
         self._pairs = self._lost_pairs = self._lost_items = self._lost_pictures = self._waiting_pictures = 0
+        self._last_seq: int | None = None
         self._error: str | None = None
         self._writer: Writer | None = None
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
@@ -137,6 +138,7 @@ class Recorder:
                 return
             taken = self._state is _State.RECORDING and self._jobs.put(write)
             self._pairs += taken
+            self._last_seq = track.seq if taken else None
             self._lost_pairs += not taken and self._pairs > 0
             ask = not taken and not self._reset_asked and len(self._jobs) <= self._bound // 2
             self._reset_asked |= ask
@@ -148,8 +150,10 @@ class Recorder:
             self._put_pictures(tuple(moment.images.values()))
 
     def truth(self, truth: Track) -> None:
-        """Record the truth of one instant."""
-        if self._state is _State.RECORDING:
+        """Record the truth of the pair that was let in last; that of a pair left out is left out too."""
+        with self._lock:
+            wanted = truth.seq == self._last_seq
+        if wanted:
             self._put(lambda writer: writer.write_truth(truth))
 
     def reading(self, reading: Reading) -> None:

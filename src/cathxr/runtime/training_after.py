@@ -19,7 +19,7 @@ from cathxr.training.metrics import Depth, Measure
 _WRITTEN_S = 120.0
 _RUNS_KEPT = 16
 _NOT_WRITTEN = "The recording was not written in time."
-_NOT_SAME = "The recording does not give the same events again, since it lost some: mind the numbers."
+_NOT_SAME = "The recording lacks a part of this trial: the numbers are from what was seen live."
 _log = logging.getLogger(__name__)
 
 
@@ -92,11 +92,11 @@ class After:
     def _finish(self, hand: TrialAtHand, start: TrialStart, invalid: str, written: Callable[[float], bool]) -> None:
         note = "" if written(_WRITTEN_S) else _NOT_WRITTEN
         placed, order = hand.chosen.placed, hand.chosen.order
-        result, tracks = hand.trial.result(), tuple(hand.tracks)
+        result, tracks, is_recorded = hand.trial.result(), tuple(hand.tracks), False
         try:
             recorded = recorded_trial(self.folder(start.session), start.id)
             if recorded.replayed.events == tuple(hand.events):
-                result, tracks = recorded.result, recorded.tracks
+                result, tracks, is_recorded = recorded.result, recorded.tracks, True
             else:
                 note = _NOT_SAME
         except CathxrError as error:
@@ -108,7 +108,7 @@ class After:
             measures, note = {}, "The measures failed, and the log says why; give `cathxr score` for its recording."
         record = record_of(start, result, measures, invalid=invalid)
         self._kept(start.id, run_path(record, placed, order, result, tracks).model_dump_json().encode())
-        self._books.record(record)
+        self._books.record(record, is_recorded=is_recorded)
         self._told(Finished(record, measures, note))
 
     def _kept(self, trial: str, data: bytes) -> bytes:

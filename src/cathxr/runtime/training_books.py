@@ -13,15 +13,15 @@ from cathxr.runtime.training_worker import Worker
 
 _RETRY_NS = 10_000_000_000
 _WAIT_S = 8.0
-Told = Callable[[str, str], None]
+Told = Callable[[str, str, bool], None]
 
 
 class Books:
     """Reads and writes a study's store in a thread of its own. Any thread may call.
 
     A trial that the store does not take is kept and tried again, every ten seconds and whenever it is asked for.
-    told(trial, sentence): where a trial is stored, or why not yet. changed: what is known has changed. Both are called
-    in the thread of the store.
+    told(trial, sentence, stored): where a trial is stored, or why not yet. changed: what is known has changed. Both are
+    called in the thread of the store.
     """
 
     def __init__(self, parts: TrainingParts, *, clock: Clock, told: Told, changed: Callable[[], None]) -> None:
@@ -30,7 +30,8 @@ class Books:
         self._read = Known()
         self._starts: dict[str, TrialStart] = {}
         self._records: dict[str, TrialRecord] = {}
-        self._fault = ""
+        self._only_here: set[str] = set()
+        self._fault = self._write_fault = ""  # what can be read cannot always be written: a full disk
         self._due_ns = 0
         self._store: Store | None = None  # the store's thread only, as everything below is done there
         self._worker = Worker("training-store", idle=self._again)
@@ -64,7 +65,7 @@ class Books:
     def fault(self) -> str:
         """Why the store could not be read or written last; "" where it could."""
         with self._lock:
-            return self._fault
+            return self._write_fault or self._fault
 
     @property
     def waiting(self) -> int:
@@ -85,10 +86,12 @@ class Books:
             self._starts[start.id] = start
         self._worker.do(self._write)
 
-    def record(self, record: TrialRecord) -> None:
-        """Have a trial that has ended stored."""
+    def record(self, record: TrialRecord, *, is_recorded: bool = True) -> None:
+        """Have a trial that has ended stored. is_recorded: whether its recording holds all of it."""
         with self._lock:
             self._records[record.id] = record
+            if not is_recorded:
+                self._only_here.add(record.id)
         self._worker.do(self._write)
 
     def store_again(self) -> str:
@@ -96,7 +99,10 @@ class Books:
         answered = self._worker.asked(self._write, _WAIT_S)
         if not answered or self.waiting:
             why = self.fault if answered else f"the store does not answer within {_WAIT_S:g} s"
-            raise DataError(f"Still not stored: {why.rstrip('.')}; the recordings hold everything.")
+            with self._lock:
+                lacking = any(each in self._records for each in self._only_here)
+            end = "do not end this program before it is" if lacking else "the recordings hold everything"
+            raise DataError(f"Still not stored: {why.rstrip('.')}; {end}.")
         return "Everything is stored."
 
     def mark(self, trial: str, reason: str) -> None:
@@ -175,7 +181,7 @@ class Books:
                     self._read = replace(self._read, trials=(*self._read.trials, record))
                     if self._records.get(record.id) is record:  # else it was marked meanwhile: once more
                         del self._records[record.id]
-            self._told(record.id, self._where(stored=stored))
+            self._told(record.id, self._where(record.id, stored=stored), stored)
         with self._lock:
             self._due_ns = self._clock.now_ns() + _RETRY_NS
         if starts or records:
@@ -187,9 +193,11 @@ class Books:
             act(self._opened())
         except Exception as error:  # as in _refresh
             self._failed(error)
+            with self._lock:
+                self._write_fault = sentence(error)
             return False
         with self._lock:
-            self._fault = ""
+            self._fault = self._write_fault = ""
         return True
 
     def _begin(self, store: Store, start: TrialStart) -> None:
@@ -210,12 +218,18 @@ class Books:
         if self._parts.study is None and all(each.code != code for each in store.participants()):
             store.enrol(Participant(code, joined=self._parts.utc()), at=self._parts.utc())
 
-    def _where(self, *, stored: bool) -> str:
+    def _where(self, trial: str, *, stored: bool) -> str:
         if stored:
             return f"Stored in {'the study' if self._parts.study else 'the training store'}."
+        why, every_s = self.fault.rstrip("."), _RETRY_NS // 1_000_000_000
+        if trial in self._only_here:
+            return (
+                f"Not stored yet: {why}. The recording does not hold all of it either. Do not end this program before "
+                f"it is stored: it is tried again every {every_s} s."
+            )
         return (
-            f"Not stored yet: {self.fault.rstrip('.')}. The recording holds everything; it is tried again every "
-            f"{_RETRY_NS // 1_000_000_000} s and at the next start."
+            f"Not stored yet: {why}. The recording holds everything; it is tried again every {every_s} s and at the "
+            "next start."
         )
 
     def _again(self) -> None:

@@ -120,6 +120,7 @@ class TrainingCommands:
             return
         hand.stop_counting()
         session.stop_recording()
+        session.running.let_go(hand.chosen.id)
         # what was recorded stays as it is, and the next attempt has a recording of its own
         chosen = hand.chosen
         again = replace(chosen, part=chosen.part + 1) if chosen.start else replace(chosen, id=session.parts.new_id())

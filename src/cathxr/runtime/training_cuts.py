@@ -12,21 +12,27 @@ from cathxr.runtime.training_choice import VIEW_WORDS, view_of
 from cathxr.runtime.training_nouns import Chosen, Known, TrainingParts
 from cathxr.runtime.training_numbers import measures_of, record_of
 from cathxr.runtime.training_recordings import RecordedTrial, labelled, next_part, recorded_trial
+from cathxr.runtime.training_running import RunningTrials
 from cathxr.runtime.training_say import unfinished_words
 from cathxr.training import Phase, TrialResult
 from cathxr.wire.training_messages import UnfinishedTrial
 
 _ELSEWHERE = "Its recording is not here: it runs at another station, or was recorded there."
+_JUST_FREED = "It has just ended elsewhere: look again in a moment."
 _NO_BEGIN = "Its recording breaks off before it began: mark it invalid."
 
 
 @dataclass(frozen=True, eq=False)
 class _Cut:
-    """A trial without an end. result: as far as its recording goes, None where there is none, and why in why_not."""
+    """A trial without an end. result: as far as its recording goes, None where there is none, and why in why_not.
+
+    running: another program runs it, or may do so.
+    """
 
     start: TrialStart
     result: TrialResult | None
     why_not: str = ""
+    running: bool = False
 
 
 class Cuts:
@@ -35,8 +41,11 @@ class Cuts:
     changed: called in that thread when there are others.
     """
 
-    def __init__(self, parts: TrainingParts, books: Books, after: After, *, changed: Callable[[], None]) -> None:
+    def __init__(
+        self, parts: TrainingParts, books: Books, after: After, running: RunningTrials, *, changed: Callable[[], None]
+    ) -> None:
         self._parts, self._books, self._after, self._changed = parts, books, after, changed
+        self._running = running
         self._lock = threading.Lock()
         self._cuts: dict[str, _Cut] = {}
         self._looked_for_labels = False
@@ -44,6 +53,13 @@ class Cuts:
     def look(self, at_hand: Callable[[], str | None]) -> None:
         """Have the trials without an end looked at. at_hand: gives the id of the one that runs, which is none."""
         self._after.worker.do(lambda: self._look(at_hand()))
+
+    def look_for_ends(self, at_hand: Callable[[], str | None]) -> None:
+        """Have those looked at that another program runs; to be called now and then."""
+        with self._lock:
+            any_running = any(each.running for each in self._cuts.values())
+        if any_running:
+            self.look(at_hand)
 
     def messages(self) -> list[UnfinishedTrial]:
         """Return the trials without an end, for people."""
@@ -64,8 +80,9 @@ class Cuts:
         """
         cut = self._cut(trial)
         start = cut.start
-        if cut.result is None:
-            raise ConfigError(f"This trial cannot go on. {cut.why_not}")
+        why_not = self._running.words(trial) or (_JUST_FREED if cut.running else cut.why_not)
+        if cut.result is None or why_not:
+            raise ConfigError(f"This trial cannot go on. {why_not}")
         done = recorded_trial(self._after.folder(start.session), trial).replayed.trial
         if done.state.phase is Phase.ENDED:
             raise ConfigError("This trial has ended in its recording: it is recorded as it is, and cannot go on.")
@@ -84,11 +101,14 @@ class Cuts:
         """Record a trial without an end as interrupted and invalid.
 
         Raises:
-            CathxrError: there is none, or it may run elsewhere.
+            CathxrError: there is none, or it runs elsewhere or may do so.
         """
         cut = self._cut(trial)
         start = cut.start
-        if cut.result is None and start.box != self._parts.box:
+        holder = self._running.elsewhere(trial)
+        if holder is not None and holder.certain:
+            raise ConfigError(f"{self._running.words(trial)} Mark it there, or when it has ended.")
+        if cut.result is None and not cut.running and start.box != self._parts.box:
             raise ConfigError(
                 f"This trial was begun at the station {start.box}, and may run there: mark it there, or give `cathxr "
                 f"study mark {trial} --interrupted`."
@@ -117,13 +137,15 @@ class Cuts:
         )  # fmt: skip
 
     def _look(self, at_hand: str | None) -> None:
-        known = self._books.known  # now: a trial that has just got its numbers is no longer without an end
+        freed = self._freed()
+        # now: a trial that has just got its numbers is no longer without an end
+        known = self._books.fresh() if freed else self._books.known
         if not self._looked_for_labels and not self._books.fault and self._parts.recordings:
             self._looked_for_labels = True
             self._look_for_labels(known)
         wanted = {each.id: each for each in known.unfinished if each.id != at_hand}
         with self._lock:
-            new = [each for key, each in wanted.items() if key not in self._cuts]
+            new = [each for key, each in wanted.items() if key not in self._cuts or key in freed]
             gone = [key for key in self._cuts if key not in wanted]
             for key in gone:
                 del self._cuts[key]
@@ -136,15 +158,28 @@ class Cuts:
         """Tell the store of trials that were recorded here and that it never heard of; of those enrolled only."""
         there = {each.id for each in known.trials} | {each.id for each in known.unfinished}
         for start in labelled(self._after.folder(""), study=self._parts.key):
-            if start.id not in there and known.participant(start.participant) is not None:
+            if start.id in there or self._running.elsewhere(start.id) is not None:
+                continue
+            if known.participant(start.participant) is not None:
                 try:
                     recorded_trial(self._after.folder(start.session), start.id)
                 except CathxrError:
                     continue  # it never began
                 self._books.begin(start)
 
+    def _freed(self) -> set[str]:
+        """Return the trials that another program ran when they were looked at, and does not run any more."""
+        with self._lock:
+            were = [key for key, cut in self._cuts.items() if cut.running]
+        return {key for key in were if self._running.elsewhere(key) is None}
+
     def _look_at(self, start: TrialStart) -> None:
-        """Record a trial that has its end in its recording; offer any other."""
+        """Record a trial that has its end in its recording; offer any other that runs nowhere."""
+        where = self._running.words(start.id)
+        if where:
+            with self._lock:
+                self._cuts[start.id] = _Cut(start, None, where, running=True)
+            return
         try:
             recorded = recorded_trial(self._after.folder(start.session), start.id)
         except CathxrError:

@@ -14,6 +14,7 @@ from cathxr.runtime.training_cuts import Cuts
 from cathxr.runtime.training_desk import Desk
 from cathxr.runtime.training_nouns import Chosen, Known, Outlet, Station, TrainingParts
 from cathxr.runtime.training_recordings import part_folder, write_label
+from cathxr.runtime.training_running import RunningTrials
 from cathxr.runtime.training_surveys import survey_due
 from cathxr.runtime.training_trial import TrialAtHand
 
@@ -22,6 +23,7 @@ _PERIOD_NS = 100_000_000
 _TRACKS_HELD = 4096
 _CLOSE_S = 1.5
 _STORE_S = 0.5
+_LOOK_NS = 2_000_000_000
 
 
 class TrainingSession:
@@ -39,11 +41,13 @@ class TrainingSession:
         self.hand: TrialAtHand | None = None
         self.books = Books(parts, clock=clock, told=self._stored, changed=self._known_changed)
         self.after = After(parts, self.books, told=self._numbers)
-        self.cuts = Cuts(parts, self.books, self.after, changed=self.publish_offer)
+        self.running = RunningTrials(parts.recordings, utc=parts.utc)
+        self.cuts = Cuts(parts, self.books, self.after, self.running, changed=self.publish_offer)
         self._tracks: Queue[Track] = Queue(_TRACKS_HELD)
         self._start: TrialStart | None = None
         self._is_news = True
         self._due_ns = 0
+        self._look_ns = 0
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, name="training", daemon=True)
 
@@ -69,6 +73,7 @@ class TrainingSession:
         self._thread.join(deadline.left_s)
         computed = self.after.worker.close(max(0.0, deadline.left_s - _STORE_S))
         stored = self.books.close(max(_STORE_S, deadline.left_s))
+        self.running.close()
         return computed and stored and not self._thread.is_alive()
 
     # From the live system's threads ----------------------------------------------------------------------------------
@@ -118,7 +123,7 @@ class TrainingSession:
         """Have the recording of the trial at hand begin, and count down. Under the lock.
 
         Raises:
-            CathxrError: it cannot be recorded, or is not ready.
+            CathxrError: it cannot be recorded, is not ready, or runs elsewhere.
         """
         hand = self._at_hand()
         state = self.station.recording_state()
@@ -127,7 +132,12 @@ class TrainingSession:
                 raise ConfigError(f"A trial is recorded, and this system records nothing. {self.parts.no_recording}")
             if state.recording:
                 raise ConfigError(f"The recording {state.name} runs: stop it first, since a trial makes its own.")
-            self.station.start_recording(part_folder(hand.session, hand.chosen.part))
+            self.running.take(hand.chosen.id)
+            try:
+                self.station.start_recording(part_folder(hand.session, hand.chosen.part))
+            except CathxrError:
+                self.running.let_go(hand.chosen.id)
+                raise
         hand.count_down(self.clock.now_ns())
         self.news()
 
@@ -177,6 +187,10 @@ class TrainingSession:
                 fault = self.books.fault and f"The store fails: {self.books.fault}"
                 self.desk.publish(self.hand, now_ns, waiting=self.books.waiting > 0, fault=fault)
 
+        if now_ns >= self._look_ns:
+            self._look_ns = now_ns + _LOOK_NS
+            self.cuts.look_for_ends(self._on)
+
     def _run(self) -> None:
         while not self._stopping.is_set():
             self.step(_STEP_S)
@@ -218,7 +232,9 @@ class TrainingSession:
         if self.desk.invalid and self.desk.invalid != finished.record.invalid and self.desk.finished is finished:
             self.books.mark(finished.record.id, self.desk.invalid)  # marked while they were computed
 
-    def _stored(self, trial: str, sentence: str) -> None:
+    def _stored(self, trial: str, sentence: str, stored: bool) -> None:
+        if stored:
+            self.running.let_go(trial)
         with self.lock:
             if self.hand is not None and self.hand.chosen.id == trial:
                 self.desk.stored = sentence

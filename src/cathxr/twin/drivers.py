@@ -17,7 +17,8 @@ from cathxr.twin.settings import TwinSettings
 from cathxr.twin.timed import NS, Timed
 from cathxr.twin.world import TwinWorld
 
-_USUAL_RATE_HZ = 30.0
+USUAL_RATE_HZ = 30.0
+"""Of the cameras at most, unless a rate is asked for: rendering more would take a core of its own."""
 _KNOWN = ("world", "seed", "scene", "settings", "rate_hz", "off_nominal", "start_ns", "stamp_error_s")
 
 
@@ -58,7 +59,7 @@ class TwinCamera(_TwinDevice):
         self._clock = clock
         self._renderer: CameraRenderer | None = None
         settings = self.world.settings
-        rate_hz = rate_of(options, default=min(rig.cameras[camera].rate_hz, _USUAL_RATE_HZ))
+        rate_hz = rate_of(options, default=min(rig.cameras[camera].rate_hz, USUAL_RATE_HZ))
         timing = rig.timing
         known_s = timing.top_latency_s if camera == "top" else timing.front_latency_s + timing.front_offset_s
         self._stamp_off_ns = _stamp_off_ns(options, known_s=known_s)
@@ -66,10 +67,15 @@ class TwinCamera(_TwinDevice):
         ready_ns = round(0.5e6 * (settings.exposure_ms + settings.readout_ms))
         self._timed = Timed(clock, origin_ns=self.world.start_ns + skew_ns, rate_hz=rate_hz, ready_ns=ready_ns)
 
+    def get_ready(self) -> None:
+        """Draw what never moves: half a second's work, which opening does where it is not done yet."""
+        if self._renderer is None:
+            self._renderer = CameraRenderer(self.world, self.camera)
+            # The first picture compiles or loads the kernels: better now than late.
+            self._renderer.picture(self.world.start_ns)
+
     def __enter__(self) -> Self:
-        self._renderer = self._renderer or CameraRenderer(self.world, self.camera)
-        # The first picture compiles or loads the kernels: better now than late.
-        self._renderer.picture(self.world.start_ns)
+        self.get_ready()
         self._timed.start()
         return self
 

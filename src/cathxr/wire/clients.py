@@ -1,4 +1,4 @@
-"""Who is connected, what each looks at, and who follows whom. For the event loop's thread only."""
+"""Who is connected, what each looks at, and who follows whom. For the event loop's thread only, but `headsets`."""
 
 import asyncio
 import logging
@@ -90,6 +90,10 @@ class Clients:
             self._unfollow(follower)
             _tell(follower, None, f"{client.name} has left: nobody is followed any more.")
         self.announce()
+
+    def headsets(self) -> int:
+        """Return how many headsets are connected. From any thread: it looks at a copy of the list."""
+        return sum(each.kind == "headset" for each in tuple(self._clients.values()))
 
     def set_role(self, client_id: str, role: Role) -> None:
         """Note what a client may do now."""

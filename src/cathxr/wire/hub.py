@@ -17,6 +17,7 @@ from cathxr.wire.messages import HealthMessage, SessionMessage
 from cathxr.wire.outbox import Outbox
 from cathxr.wire.pictures import Pictures
 from cathxr.wire.results import Results
+from cathxr.wire.setup_messages import SetupState
 from cathxr.wire.training_messages import TrainingOffer, TrainingState
 from cathxr.wire.view_messages import LockMessage
 
@@ -123,6 +124,10 @@ class Hub:
     def publish_training_offer(self, offer: TrainingOffer) -> None:
         """Send what can be trained to every client; a newer one replaces it."""
         self._publish_state(offer.type, encode(offer))
+
+    def publish_setup(self, state: SetupState) -> None:
+        """Send how the set-up stands to every client; a newer one replaces it."""
+        self._publish_state(state.type, encode(state))
 
     def publish_lock(self, values: Mapping[str, Any], sentence: str) -> None:
         """Hold settings of the scene fast for every client, and for whoever joins; empty values let go of all.

@@ -1,4 +1,4 @@
-"""Every message on the link, defined once; some are in calibration_, heart_, training_ and view_messages.
+"""Every message on the link, defined once; some are in calibration_, heart_, setup_, training_ and view_messages.
 
 The TypeScript types and docs/wire.md are generated from all of them.
 
@@ -19,6 +19,7 @@ from cathxr.wire.calibration_messages import (
 )
 from cathxr.wire.heart_messages import HeartSeedsState
 from cathxr.wire.message import Matrix4, Message, Quaternion, Vector2, Vector3
+from cathxr.wire.setup_messages import SetupState
 from cathxr.wire.training_messages import TrainingOffer, TrainingState
 from cathxr.wire.view_messages import ClientsMessage, Follow, FollowingMessage, LockMessage, ViewMessage, ViewReport
 
@@ -212,7 +213,8 @@ ServerMessage = Annotated[
     | ViewMessage
     | LockMessage
     | TrainingOffer
-    | TrainingState,
+    | TrainingState
+    | SetupState,
     Field(discriminator="type"),
 ]
 ClientMessage = Annotated[Command | Ping | Ack | ViewReport | Follow, Field(discriminator="type")]

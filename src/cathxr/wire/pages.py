@@ -36,7 +36,7 @@ _TYPES: Mapping[str, str] = MappingProxyType(
         ".wasm": "application/wasm",
     }
 )
-_PAGES: Mapping[str, str] = MappingProxyType({"": "index.html", "diag": "diag.html"})
+_PAGES: Mapping[str, str] = MappingProxyType({"": "index.html", "diag": "diag.html", "setup": "setup.html"})
 """Pages that have a shorter path than their file's name."""
 _REVALIDATE = "no-cache"
 _FOREVER = "public, max-age=31536000, immutable"
@@ -79,6 +79,7 @@ def make_router(
             "protocol": PROTOCOL,
             "source": scene.source,
             "clients": hub.clients,
+            "headsets": hub.people.headsets(),
             "session": hub.session.model_dump(),
             "health": hub.health(skipped=0).model_dump(),
         }

@@ -7,7 +7,15 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 
-from cathxr.wire import calibration_messages, diag_messages, heart_messages, messages, training_messages, view_messages
+from cathxr.wire import (
+    calibration_messages,
+    diag_messages,
+    heart_messages,
+    messages,
+    setup_messages,
+    training_messages,
+    view_messages,
+)
 from cathxr.wire.message import Matrix4, Message, Quaternion, Vector2, Vector3
 
 _HEADER = """\
@@ -27,7 +35,15 @@ def models_of(annotation: Any) -> tuple[type[BaseModel], ...]:
 
 def all_models() -> Iterator[type[Message]]:
     """Yield every message and part of a message, in the order of the modules."""
-    for module in (calibration_messages, heart_messages, view_messages, training_messages, diag_messages, messages):
+    for module in (
+        calibration_messages,
+        heart_messages,
+        view_messages,
+        training_messages,
+        setup_messages,
+        diag_messages,
+        messages,
+    ):
         for value in vars(module).values():
             if isinstance(value, type) and issubclass(value, Message) and value.__module__ == module.__name__:
                 yield value

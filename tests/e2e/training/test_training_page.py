@@ -214,7 +214,9 @@ def test_a_run_is_shown_again_with_a_slider(course: Course, open_page: Callable[
     page.page.keyboard.press("End")
     page.until("window.__cathxr.training.replayS > 5.9")
     assert stopped < 5.9
-    assert "2 of 4 reached" in bar.inner_text()
+    page.until(
+        "document.querySelector('.training-replay').innerText.includes('2 of 4 reached')"
+    )  # the next picture says it
     page.ask("((slider) => { slider.value = 3.2; slider.dispatchEvent(new Event('input')); })"
              "(document.querySelector('#training-time'))")  # fmt: skip
     # There the tip was not tracked: the way has a gap, and no catheter is made up.

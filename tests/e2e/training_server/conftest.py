@@ -20,10 +20,10 @@ class Place:
         self.store = folder / "data" / "cathxr" / "training.sqlite"
 
     @contextmanager
-    def running(self, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], int]]:
-        """Give a live system and its port."""
-        script = Path(__file__).with_name("truth_run.py")
-        command = [sys.executable, str(script), "--port", "0", "--no-browser", "--recordings", str(self.recordings)]
+    def running(self, *arguments: str, rendered: bool = False) -> Iterator[tuple[subprocess.Popen[str], int]]:
+        """Give a live system and its port. rendered: with the real tracker on the twin's pictures."""
+        script = [str(Path(__file__).with_name("truth_run.py"))] if not rendered else ["-m", "cathxr", "run"]
+        command = [sys.executable, *script, "--port", "0", "--no-browser", "--recordings", str(self.recordings)]
         process = subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         assert process.stdout is not None
         try:

@@ -1,10 +1,15 @@
 """Training on the twin through the real server, without a browser: two operators, the numbers, a killed process."""
 
 import json
+import subprocess
+import sys
 import urllib.request
 from collections.abc import Callable
 from typing import Any
 
+import pytest
+
+from cathxr.core import Status
 from cathxr.runtime.training_recordings import recorded_trial
 from cathxr.storage.study_store import StudyStore
 
@@ -89,3 +94,80 @@ def test_a_session_from_the_link_and_one_that_is_killed(place: Place, operator: 
             (killed, 2, "completed"),
         ]
         assert store.unfinished() == ()
+
+
+OWN = """schema = "cathxr-survey/1"
+key = "course"
+name = "After the course"
+instruction = "Please answer from 1 to 5."
+[scale]
+minimum = 1.0
+maximum = 5.0
+low = "not at all"
+high = "very"
+[[items]]
+key = "clear"
+text = "How clear was the task?"
+[[items]]
+key = "remark"
+text = "Anything else?"
+kind = "words"
+"""
+
+
+@pytest.mark.proof
+def test_a_study_on_rendered_pictures_with_the_real_tracker(place: Place, operator: Operators) -> None:
+    folder = place.folder / "study"
+    study("init", str(folder), "--task", "insertion")
+    text = (folder / "study.toml").read_text(encoding="utf-8")
+    head = text[: text.index("[[surveys]]")].replace("per_condition = 3", "per_condition = 1")
+    head = head[: head.index("[practice]")] + head[head.index("[participants]") :]
+    (folder / "study.toml").write_text(
+        head + '[[surveys]]\nsurvey = "course"\nasked = "each"\n', encoding="utf-8", newline="\n"
+    )
+    (folder / "surveys").mkdir(exist_ok=True)
+    (folder / "surveys" / "course.toml").write_text(OWN, encoding="utf-8", newline="\n")
+    study("init", str(folder))
+    study("allocate", "P01", "--study", str(folder))
+    with place.running("--study", str(folder), rendered=True) as (_, port):
+        hand = operator(port)
+        for count in (1, 2):
+            hand.done("training_prepare", participant="P01")
+            run = hand.until_phase("ready")["run"]
+            assert "is not that" in hand.refused("training_prepare", participant="P01", task="roll")
+            hand.done("training_begin", run=run["id"])
+            hand.until_phase("running")
+            hand.reach()
+            assert numbers(hand)["reached"] == 4
+            survey = hand.until(lambda: hand.state()["survey"], "the survey")
+            assert survey["occasion"] == f"after:{'2d' if run['view'] == '2d' else '3d'}"
+            meant = {"survey": "course", "occasion": survey["occasion"]}
+            assert "not answered yet" in hand.refused("survey_answer", **meant, answers={"remark": "x"}, done=True)
+            answers = {"clear": 4.0, "remark": f"the {count}. time"}
+            hand.done("survey_answer", **meant, answers=answers, done=True)
+            hand.until(lambda: hand.state()["survey"] is None, "the end of the survey")
+        assert "done" in hand.refused("training_prepare", participant="P01")
+    with StudyStore.open(folder / "study.sqlite", study="study") as store:
+        trials, given = store.trials(), store.answers()
+    assert [each.text for each in given if each.item == "remark"] in (
+        ["the 1. time", "the 2. time"], ["the 2. time", "the 1. time"],
+    )  # fmt: skip
+    assert len(trials) == 2
+    for each in trials:
+        recorded = recorded_trial(place.recordings / each.session, each.id)
+        assert recorded.is_same
+        assert each.measures["nT"] == 4
+        assert each.unseen_share < 0.1
+        seen = [track for track in recorded.tracks if track.status is Status.TRACKED]
+        assert seen
+        assert all(track.sigma_mm is not None and track.sigma_mm > 0.0 for track in seen)
+    study("report", "--study", str(folder))
+    assert "the 2. time" in (folder / "report" / "report.html").read_text(encoding="utf-8")
+
+
+def study(*arguments: str) -> None:
+    """Give a command of `cathxr study`."""
+    done = subprocess.run(
+        [sys.executable, "-m", "cathxr", "study", *arguments], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr

@@ -131,6 +131,12 @@ def test_too_few_holes_is_a_sentence(phantom: Phantom) -> None:
         phantom_errors(phantom, [("a", [])])
 
 
+def test_a_rig_of_another_box_is_told_as_such(phantom: Phantom) -> None:
+    lost = [Track(seq=each, t_ns=each, status=Status.LOST, reason="the views disagree") for each in range(5)]
+    with pytest.raises(CalibrationError, match=r"0 of 5 Tracks are tracked \(the views disagree\): calibrate the rig"):
+        phantom_errors(phantom, [("a", lost)])
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

@@ -101,6 +101,18 @@ def test_a_recording_begins_with_the_first_pair_after_a_reset() -> None:
     assert bench.writer.closed == 1
 
 
+def test_the_truth_of_a_pair_that_was_not_let_in_is_left_out() -> None:
+    bench = Bench()
+    bench.recorder.start()
+    bench.recorder.moment(moment(4))
+    bench.recorder.note_reset(5)  # by another thread, between a pair and its truth
+    bench.recorder.truth(Track(4, 4, Status.LOST, reason="truth"))
+    bench.recorder.moment(moment(5))
+    bench.recorder.truth(Track(5, 5, Status.LOST, reason="truth"))
+    bench.recorder.stop(LONG_S)
+    assert bench.writer.seqs(Track) == [5, 5]
+
+
 def test_everything_else_is_recorded_in_order() -> None:
     bench = Bench(videos=True)
     bench.recorder.start()

@@ -11,6 +11,7 @@ import pytest
 from cathxr.core.trials import Answer
 from cathxr.study.analysis.analyse import analyse
 from cathxr.study.analysis.data import Condition, Measure, StudyData, SurveyItem
+from cathxr.study.analysis.estimates import verb_of
 from cathxr.study.analysis.paper_table import PAPER_RATINGS
 from cathxr.study.report.compose import Made, report
 from cathxr.study.report.document import Bullets, Document, Figure, Heading, Paragraph, Table, numbered
@@ -153,3 +154,22 @@ def test_three_views_in_a_latin_square() -> None:
 def test_tables_must_fit_their_heads() -> None:
     with pytest.raises(ValueError, match="2 cells"):
         Table("x", ("a", "b"), (("1",),))
+
+
+def test_groups_are_told_apart_where_there_are_some() -> None:
+    data = _data(Plan(participants=8))
+    assert "Groups compared" not in _words(report(analyse(data), MADE))
+    people = tuple(replace(each, group=("novice", "expert")[at // 2 % 2]) for at, each in enumerate(data.participants))
+    document = report(analyse(replace(data, participants=people)), MADE)
+    words = _words(document)
+    for what in ("expert − novice", "by group and view", "Nobody is put into a group by chance", "In group expert, "):
+        assert what in words
+    assert "expert − novice" in html(document)
+    assert pdf(document).startswith(b"%PDF")
+
+
+def test_what_is_counted_is_told_in_the_plural() -> None:
+    assert [verb_of(each) for each in ("Completion time", "Virtual wall breaches", "Targets reached")] == [
+        "was", "were", "were",
+    ]  # fmt: skip
+    assert [verb_of(each) for each in ("Smoothness (SPARC)", "Motion along the tip's axis")] == ["was", "was"]

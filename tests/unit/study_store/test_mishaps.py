@@ -1,11 +1,9 @@
 """Programs that are killed, programs that write at once, and full disks: nothing kept is lost, nothing is half."""
 
-import os
 import random
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -18,6 +16,7 @@ from cathxr.study.design import sequence_text
 from cathxr.study.design_file import design_from_text
 from cathxr.study.design_template import design_template
 
+from ...training_support.disks import small_disk
 from .records import AT, trial
 
 WRITER = Path(__file__).with_name("writer.py")
@@ -134,35 +133,17 @@ def test_a_disk_that_refuses(tmp_path: Path) -> None:
     assert_sound(place)
 
 
-@pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """A disk of 1 MB, where the system lets one be made."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", str(disk)]
-    try:
-        done = subprocess.run(mount, capture_output=True, text=True, check=False)
-        refused = done.stderr if done.returncode else ""
-    except FileNotFoundError as error:
-        refused = str(error)
-    if refused or os.geteuid() != 0:
-        pytest.skip(f"a disk of memory cannot be mounted here: {refused}")
-    try:
-        yield disk
-    finally:
-        subprocess.run(["umount", str(disk)], check=True)
-
-
-def test_a_full_disk(small_disk: Path) -> None:
-    place = str(small_disk / "study.sqlite")
-    with StudyStore.create(place, study="s", seed=1, software="1", at=AT) as store:
-        store.enrol(Participant("P01"), at=AT)
-        ballast = small_disk / "ballast"
-        ballast.write_bytes(b"x" * 830_000)
-        said, _ = writer(place, "s", "P01", "full").communicate(timeout=300)
-        ballast.unlink()
-        check_refused(store, said)
-    assert_sound(place)
+def test_a_full_disk(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", megabytes=1) as disk:
+        place = str(disk / "study.sqlite")
+        with StudyStore.create(place, study="s", seed=1, software="1", at=AT) as store:
+            store.enrol(Participant("P01"), at=AT)
+            ballast = disk / "ballast"
+            ballast.write_bytes(b"x" * 830_000)
+            said, _ = writer(place, "s", "P01", "full").communicate(timeout=300)
+            ballast.unlink()
+            check_refused(store, said)
+        assert_sound(place)
 
 
 def check_refused(store: StudyStore, said: str) -> None:

@@ -90,8 +90,33 @@ def test_answers_are_replaced_only_when_asked_for(store: StudyStore) -> None:
     with pytest.raises(DataError, match="another answer to paper q1 end"):
         store.answer([answer(item="q2"), answer(value=5.0)], at=AT)
     assert len(store.answers()) == 2
-    assert store.answer([answer(value=5.0)], at=AT, replace=True) == 1
+    assert store.answer([answer(value=5.0), words], at=AT, replace=True) == 1
+    assert set(store.answers()) == {answer(value=5.0), words}
     assert "was 3" in store.log()[-2].detail
+
+
+def test_many_answers_of_many_people_at_once_are_all_or_none(store: StudyStore) -> None:
+    codes = [f"P{each}" for each in range(1100)]  # more than a database takes in one list
+    given = [answer(code, item) for code in codes for item in ("q1", "q2")]
+    with pytest.raises(DataError, match="no participant P999 in study"):
+        store.answer(given, at=AT, enrol=[Participant(each) for each in codes if each != "P999"])
+    assert store.participants() == store.answers() == ()
+    enrolled = [Participant(each, joined=AT) for each in codes]
+    assert store.answer(given, at=AT, enrol=enrolled) == 2200
+    assert set(store.answers()) == set(given)
+    with pytest.raises(DataError, match="P7 is enrolled already"):
+        store.answer([], at=AT, enrol=[Participant("P7")])
+    with pytest.raises(DataError, match="P4000 is enrolled already"):
+        store.answer([], at=AT, enrol=[Participant("P4000"), Participant("P4000")])
+    # the same place twice in one call: as if in two
+    assert store.answer([answer("P5", "q3"), answer("P5", "q3")], at=AT) == 1
+    assert store.answer([answer("P6", "q3"), answer("P6", "q3", 4.0)], at=AT, replace=True) == 2
+    assert answer("P6", "q3", 4.0) in store.answers()
+    changed = [answer(code, "q1", 1.0) for code in codes]
+    with pytest.raises(DataError, match="another answer"):
+        store.answer([*changed[:-1], answer("P0", "q9"), changed[-1]], at=AT)
+    assert store.answer(changed, at=AT, replace=True) == 1100
+    assert sum(each.value == 1.0 for each in store.answers()) == 1100
 
 
 def test_a_design_is_fixed_once_there_is_data(store: StudyStore) -> None:

@@ -1,5 +1,6 @@
 """Training on a bench: a clock that is turned by hand, Tracks made by hand, real recordings, a real store."""
 
+import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -219,6 +220,8 @@ class Bench:
             self.until_recorded(recorder)
         self.session.books.close(WAIT_S)
         self.session.after.worker.close(WAIT_S)
+        for held in self.session.running._mine.values():  # as the operating system does
+            os.close(held._handle)
 
     def until_recorded(self, recorder: Any) -> None:
         """Wait until what was given so far is with the operating system: a killed program loses a quarter second."""
@@ -229,3 +232,4 @@ class Bench:
         self.station.recordings.close()
         self.session.after.worker.close(WAIT_S)
         self.session.books.close(WAIT_S)
+        self.session.running.close()

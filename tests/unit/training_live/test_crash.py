@@ -1,6 +1,8 @@
 """What a crash, a store that fails and a full disk leave behind, and how it goes on."""
 
 import json
+import os
+import socket
 from contextlib import suppress
 from pathlib import Path
 
@@ -71,6 +73,68 @@ def test_a_trial_that_was_cut_off_can_be_marked_instead(tmp_path: Path) -> None:
     assert (record.outcome, record.invalid, record.reached) == (Outcome.INTERRUPTED, "the lid was closed", 1)
     assert record.active_s > 0.5
     bench.until(lambda: not bench.outlet.offer.unfinished)
+    bench.close()
+
+
+def test_a_trial_that_another_program_runs_is_not_offered_until_that_ends(tmp_path: Path) -> None:
+    one = Bench(tmp_path)
+    one.do("training_prepare", participant="P01", task="two", view="free")
+    trial = one.start()
+    one.until(lambda: one.session.books.known.unfinished and not one.session.books._starts)
+    other = Bench(tmp_path, start_ns=2 * 10**12)
+    (offered,) = other.until(lambda: other.outlet.offer.unfinished)
+    assert (offered.id, offered.can_continue) == (trial, False)
+    assert f"running now, in another program on this computer (process {os.getpid()})" in offered.sentence
+    assert "running now" in other.refusal("training_continue", trial=trial)
+    assert "Mark it there" in other.refusal("training_mark", trial=trial, reason="looks cut off")
+    assert not records(other)
+    one.reach_all()
+    assert one.numbers().stored == "Stored in the training store."
+    other.clock.ns += 3 * 10**9
+    other.until(lambda: not other.outlet.offer.unfinished)  # by itself: nobody asked the store anew
+    (record,) = records(other)
+    assert (record.id, record.outcome, record.invalid) == (trial, Outcome.COMPLETED, "")
+    assert list((tmp_path / "recordings" / ".running").iterdir()) == []
+    one.close()
+    other.close()
+
+
+def test_a_trial_whose_program_died_is_offered_to_the_other_that_runs(tmp_path: Path) -> None:
+    one = Bench(tmp_path)
+    one.do("training_prepare", participant="P01", task="two", view="free")
+    trial = one.start()
+    one.until(lambda: one.session.books.known.unfinished and not one.session.books._starts)
+    other = Bench(tmp_path, start_ns=2 * 10**12)
+    other.until(lambda: other.outlet.offer.unfinished)
+    one.feed([FAR] * 30)
+    one.die()
+    other.clock.ns += 3 * 10**9
+    other.until(lambda: other.outlet.offer.unfinished[0].can_continue)
+    third = Bench(tmp_path, start_ns=3 * 10**12)
+    third.until(lambda: third.outlet.offer.unfinished)
+    other.do("training_continue", trial=trial)
+    third.do("training_continue", trial=trial)
+    assert other.start() == trial
+    assert "running now" in third.refusal("training_begin")  # both had it ready: the second is refused
+    other.reach_all()
+    other.numbers()
+    (record,) = records(other)
+    assert record.outcome is Outcome.COMPLETED
+    assert third.refusal("training_begin")
+    for each in (other, third):
+        each.close()
+
+
+def test_a_trial_of_another_computer_can_be_marked_and_not_gone_on_with(tmp_path: Path) -> None:
+    trial, _ = cut_off(tmp_path)
+    held = tmp_path / "recordings" / ".running" / trial
+    held.write_text(held.read_text().replace(socket.gethostname(), "the-other-box"))
+    bench = Bench(tmp_path)
+    (offered,) = bench.until(lambda: bench.outlet.offer.unfinished)
+    assert not offered.can_continue
+    assert "begun on the computer the-other-box" in bench.refusal("training_continue", trial=trial)
+    bench.do("training_mark", trial=trial, reason="that box was switched off")
+    assert [each.outcome for each in bench.until(lambda: records(bench))] == [Outcome.INTERRUPTED]
     bench.close()
 
 

@@ -589,6 +589,37 @@ export interface RunPath {
   reached: [string, number][];
 }
 
+/** One check of the set-up: what was looked at, what was found, what to do. */
+export interface SetupCheckState {
+  subject: "cameras" | "which" | "light" | "focus" | "markers" | "encoder" | "network" | "headset" | "rig";
+  title: string;
+  /** warn: not needed for everything; unknown: what is there now does not tell. */
+  verdict: "good" | "warn" | "wrong" | "unknown";
+  /** What was measured. */
+  found: string;
+  /** What to do; may be empty. */
+  then: string;
+  /** The camera that it is about; empty: no single one. */
+  camera: "" | "top" | "front";
+  /** When it was measured, seconds of the host's monotonic clock; null: as of this message. */
+  t: number | null;
+}
+
+/**
+ * How the set-up stands. Sent when an operator's command `setup_check` asks for it; the newest wins.
+ *
+ * `setup_check` takes `{pictures, said}`. pictures (true): look at new pictures too, else only at what is known at
+ * once. said: "right" or "swapped", what a person saw of which camera is which.
+ */
+export interface SetupState {
+  type: "setup";
+  /** Seconds of the host's monotonic clock. */
+  t: number;
+  /** Pictures are being looked at: another state follows. */
+  busy: boolean;
+  checks: SetupCheckState[];
+}
+
 /** How some measured times are spread, ms; over: how many were longer than one and a half times the median. */
 export interface Spread {
   count: number;
@@ -1025,7 +1056,8 @@ export type ServerMessage =
   | ViewMessage
   | LockMessage
   | TrainingOffer
-  | TrainingState;
+  | TrainingState
+  | SetupState;
 
 /** What a client sends. */
 export type ClientMessage =

@@ -57,7 +57,7 @@ export class GuideFeature implements Feature {
     this.practice = new Practice(stage);
     guide.onMet = () => this.chime();
     guide.onStep = (step, before) => this.change(step, before);
-    immersion.guide = () => {
+    immersion.acts.guide = () => {
       immersion.menu.close();
       guide.start();
       this.plate.stand();

@@ -1,32 +1,21 @@
 /** The places to reach and the landmarks, drawn; and what happens when the one in force is reached. */
 
-import {
-  BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Group, InstancedMesh, Line, LineDashedMaterial, Matrix4, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, Quaternion, Raycaster, RingGeometry, SphereGeometry, Vector2, Vector3,
-} from "three";
-import type { Sprite } from "three";
+import { Group, InstancedMesh, Matrix4, MeshLambertMaterial, Quaternion, Raycaster, SphereGeometry, Vector2, Vector3 } from "three";
 import type { SceneDescription } from "../generated/messages";
 import type { ReachBy } from "../maths/target";
 import type { Feature, Frame } from "../stage/feature";
 import type { Stage } from "../stage/stage";
 import type { LabelMaker } from "./declutter";
-import { makeLabel, RANK } from "./label";
+import { RANK } from "./label";
+import { LabelSet } from "./label_set";
 import type { Target } from "./target_book";
+import { BALL_ORDER, TARGET_COLOURS, TargetMark } from "./target_mark";
 import { TargetWatch } from "./target_watch";
 import { ReachedTone } from "./tone";
 
-const COLOUR = 0xffd166;
-const NEAR_COLOUR = 0x7dd3fc;
-const REACHED_COLOUR = 0x4ade80;
 const LANDMARK_COLOUR = "#ffd166";
 /** Those that are not in force are small: where they are, not how large. */
 const OTHER_MM = 1.6;
-const BALL_ORDER = 30;
-const RING_ORDER = 41;
-const LABEL_ABOVE_MM = 4;
-
-/** The ring that fills while one stays within a target: of its radius, and how finely. */
-const RING = { inner: 1.18, outer: 1.34, steps: 60, leastMm: 3 };
 
 /** Told once when a target is reached. t: the instant by the Tracks' clock, s; how: by the tip or by the beam. */
 export type OnReached = (id: string, t: number, how: ReachBy) => void;
@@ -36,39 +25,21 @@ export class Targets implements Feature, LabelMaker {
   labelsVersion = 0;
   readonly watch = new TargetWatch();
   private readonly group = new Group();
-  private readonly ball: Mesh<SphereGeometry, MeshLambertMaterial>;
-  private readonly ring: Mesh<RingGeometry, MeshBasicMaterial>;
-  private readonly way: Line<BufferGeometry, LineDashedMaterial>;
-  private readonly wayEnds = new BufferAttribute(new Float32Array(6), 3).setUsage(DynamicDrawUsage);
-  private readonly wayLengths = new BufferAttribute(new Float32Array(2), 1).setUsage(DynamicDrawUsage);
+  private readonly mark = new TargetMark(this.group);
+  private readonly labels = new LabelSet(this.group);
   /** Kept: a material that goes takes its program along, and the next one would be compiled in the middle of a session. */
   private readonly dot = {
     shape: new SphereGeometry(OTHER_MM, 16, 10),
-    material: new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.75 }),
+    material: new MeshLambertMaterial({ color: TARGET_COLOURS.open, transparent: true, opacity: 0.75 }),
   };
   private others: InstancedMesh<SphereGeometry, MeshLambertMaterial> | null = null;
-  private labels: Sprite[] = [];
   private readonly tone = new ReachedTone();
-  private readonly boxTurn = new Quaternion();
   private dirty = true;
   private builtFrom = "";
   private shownShare = -1;
 
   constructor(private readonly stage: Stage) {
-    const material = new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.4, depthWrite: false });
-    this.ball = new Mesh(new SphereGeometry(1, 32, 20), material);
-    this.ball.renderOrder = BALL_ORDER;
-    const geometry = new BufferGeometry().setAttribute("position", this.wayEnds).setAttribute("lineDistance", this.wayLengths);
-    this.way = new Line(geometry, new LineDashedMaterial({ color: COLOUR, dashSize: 2, gapSize: 1.5, transparent: true, opacity: 0.8 }));
-    this.way.frustumCulled = false;
-    this.way.renderOrder = BALL_ORDER;
-    // From the top, clockwise; seen through everything.
-    const ring = new RingGeometry(RING.inner, RING.outer, RING.steps, 1, Math.PI / 2, -2 * Math.PI);
-    this.ring = new Mesh(ring, new MeshBasicMaterial({ color: REACHED_COLOUR, side: DoubleSide, transparent: true, depthTest: false }));
-    this.ring.renderOrder = RING_ORDER;
-    this.ring.visible = false;
     this.group.name = "targets";
-    this.group.add(this.ball, this.way, this.ring);
     stage.view.box.add(this.group);
     const refresh = (): void => void (this.dirty = true);
     stage.store.listen(refresh);
@@ -91,8 +62,8 @@ export class Targets implements Feature, LabelMaker {
     const target = this.shown ? targets.active : null;
     const { track } = frame;
     const known = target !== null && tip.valid && track !== null && !track.stale;
-    this.ball.visible = target !== null;
-    this.way.visible = known;
+    this.mark.ball.visible = target !== null;
+    this.mark.way.visible = known;
     if (!known) {
       if (target === null) this.watch.restart();
       else this.watch.interrupt();
@@ -143,27 +114,23 @@ export class Targets implements Feature, LabelMaker {
     const m = this.stage.tip.matrix.elements;
     const byBeam = figures.by === "beam" && figures.beamDistanceMm !== null;
     const from = byBeam ? this.watch.foot : null;
-    this.wayEnds.setXYZ(0, from?.[0] ?? m[12]!, from?.[1] ?? m[13]!, from?.[2] ?? m[14]!).setXYZ(1, position.x, position.y, position.z);
-    this.wayLengths.setX(1, byBeam ? figures.beamDistanceMm! : figures.distanceMm);
-    this.wayEnds.needsUpdate = this.wayLengths.needsUpdate = true;
+    this.mark.wayFrom(from?.[0] ?? m[12]!, from?.[1] ?? m[13]!, from?.[2] ?? m[14]!);
+    this.mark.wayTo(position.x, position.y, position.z, byBeam ? figures.beamDistanceMm! : figures.distanceMm);
   }
 
   /** Colours the target by how far it is from being reached, and fills its ring; returns whether that has changed. */
   private paint(frame: Frame): boolean {
-    const { watch: { dwell }, ball, ring, stage: { view } } = this;
+    const { watch: { dwell }, mark: { ball, ring, way } } = this;
     ring.visible = ball.visible && dwell.within && !dwell.reached;
-    if (ring.visible) {
-      const eye = frame.immersive ? view.head.orientation : view.camera.quaternion;
-      ring.quaternion.copy(view.box.getWorldQuaternion(this.boxTurn).invert().multiply(eye));
-      ring.geometry.setDrawRange(0, 6 * Math.ceil(RING.steps * dwell.share));
-    }
+    if (ring.visible) this.mark.fillRing(dwell.share, frame, this.stage.view);
     const share = dwell.reached ? 2 : dwell.within ? dwell.share : -1;
     if (share === this.shownShare) return false;
     this.shownShare = share;
-    const colour = ball.material.color.setHex(dwell.reached ? REACHED_COLOUR : dwell.within ? NEAR_COLOUR : COLOUR);
-    if (dwell.within && !dwell.reached) colour.lerp(GREEN, 0.7 * share);
+    const { open, near, reached } = TARGET_COLOURS;
+    const colour = ball.material.color.copy(dwell.reached ? reached : dwell.within ? near : open);
+    if (dwell.within && !dwell.reached) colour.lerp(reached, 0.7 * share);
     ball.material.opacity = dwell.reached ? 0.6 : dwell.within ? 0.5 : 0.35;
-    this.way.material.color.copy(colour);
+    way.material.color.copy(colour);
     return true;
   }
 
@@ -177,12 +144,7 @@ export class Targets implements Feature, LabelMaker {
     if (key === this.builtFrom) return false;
     this.builtFrom = key;
     this.clear();
-    if (active !== null) {
-      this.ball.position.copy(active.position);
-      this.ball.scale.setScalar(active.radiusMm);
-      this.ring.position.copy(active.position);
-      this.ring.scale.setScalar(Math.max(RING.leastMm, active.radiusMm));
-    }
+    if (active !== null) this.mark.place(active.position, active.radiusMm);
     const others = targets.targets.filter((target) => target !== active && (reaching || (landmarks && !target.own)));
     this.others = this.makeDots(others);
     if (this.others !== null) this.group.add(this.others);
@@ -195,20 +157,12 @@ export class Targets implements Feature, LabelMaker {
     return true;
   }
 
-  private addLabel(target: Target, active: boolean): void {
-    const label = active ? makeLabel(target.name, "#ffffff", RANK.active) : makeLabel(target.name, LANDMARK_COLOUR, RANK.place);
-    label.position.copy(target.position).setZ(target.position.z + target.radiusMm + LABEL_ABOVE_MM);
-    this.labels.push(label);
-    this.group.add(label);
+  private addLabel({ name, position, radiusMm }: Target, active: boolean): void {
+    this.labels.add(name, active ? "#ffffff" : LANDMARK_COLOUR, active ? RANK.active : RANK.place, position, radiusMm);
   }
 
   private clear(): void {
-    for (const label of this.labels) {
-      label.material.map?.dispose();
-      label.material.dispose();
-      label.removeFromParent();
-    }
-    this.labels = [];
+    this.labels.clear();
     this.others?.removeFromParent();
     this.others?.dispose();
     this.others = null;
@@ -224,5 +178,3 @@ export class Targets implements Feature, LabelMaker {
     return dots;
   }
 }
-
-const GREEN = new Color(REACHED_COLOUR);

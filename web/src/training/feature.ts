@@ -54,14 +54,14 @@ export class TrainingFeature implements Feature {
     const show = (): void => void this.showRun();
     this.panel = new TrainingPanel(training, this.desk, watching, show, pageStorage());
     this.strip = new StageStrip(training);
-    this.bar = new ReplayBar(replay);
+    this.bar = new ReplayBar(replay, (key) => training.offer?.tasks.find((each) => each.key === key)?.name ?? key);
     this.plate = new TrialPlate(training);
     stage.view.scene.add(this.plate.group);
     this.result = new ResultPlate(stage, this.desk, show);
     this.survey = new SurveyPlate(stage, this.desk);
     this.keypad = new KeypadPlate(stage, this.choice);
     immersion.headUps.push(this.plate);
-    immersion.training = {
+    immersion.acts.training = {
       rows: () => trainingRows({ model: training, choice: this.choice, desk: this.desk, replay }),
       act: (what) => this.act(what),
     };

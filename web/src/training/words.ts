@@ -16,6 +16,23 @@ export const PAIR_FOR_HEADSET =
   "Viewing only. Leave the headset view, enter the pairing code of the server's console on the page, and come back.";
 export const WORDS_ON_PAGE = "Questions to be answered in words are asked on the page.";
 
+/** The first part of a name, for places that are narrow: "Home view" of "Home view: tricuspid valve, right ventricle". */
+export function shortName(name: string): string {
+  return name.split(/[:,]/, 1)[0]?.trim() || name;
+}
+
+/** Words cut at a word's end so that they fit, with an ellipsis then. widthOf: of some words, as they are written. */
+export function fitted(text: string, width: number, widthOf: (words: string) => number): string {
+  if (widthOf(text) <= width) return text;
+  const words = text.split(" ");
+  while (words.length > 1) {
+    words.pop();
+    const shorter = `${words.join(" ").replace(/[:,]$/, "")} …`;
+    if (widthOf(shorter) <= width) return shorter;
+  }
+  return words[0] ?? text;
+}
+
 /** Seconds as they are counted down: whole, "1:05" from a minute on. */
 export function timeLeft(seconds: number): string {
   const whole = Math.ceil(Math.max(0, seconds) - 1e-9);

@@ -47,10 +47,16 @@ export class RollPanel {
   private readonly button = byId<HTMLButtonElement>("roll-action");
   private state: RollState | null = null;
   private shown: RollView | null = null;
+  /** Told when there is something else to say or to do. */
+  onChange: () => void = () => undefined;
   private busy = false;
 
   constructor(private readonly commands: Commands) {
     this.button.addEventListener("click", () => void this.act());
+  }
+
+  get view(): RollView | null {
+    return this.shown;
   }
 
   take(state: RollState): void {
@@ -65,7 +71,9 @@ export class RollPanel {
   /** Shows how the roll stands. `operating`: whether this page may command. */
   show(track: TrackMessage | null, operating: boolean): void {
     const view = rollView(this.state, track, operating);
+    const changed = this.shown?.detail !== view.detail || this.shown.action?.command !== view.action?.command;
     this.shown = view;
+    if (changed) this.onChange();
     this.legend.dataset["beam"] = String(view.beam);
     setText(byId("legend-text"), view.legend);
     byId("roll").dataset["invalid"] = String(view.detail !== "");
@@ -77,7 +85,8 @@ export class RollPanel {
     if (view.action !== null) setText(this.button, view.action.label);
   }
 
-  private async act(): Promise<void> {
+  /** Puts the roll right, as the button does. */
+  async act(): Promise<void> {
     const action = this.shown?.action;
     if (!action || this.busy) return;
     this.busy = this.button.disabled = true;

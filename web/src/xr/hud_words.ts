@@ -20,6 +20,8 @@ export interface HudFigures {
   readonly status: { readonly label: string; readonly level: "idle" | "good" | "warn" | "bad" };
   readonly insertedMm: number | null;
   readonly rollRad: number | null;
+  /** Whether the wearer can put a roll right that is not valid. */
+  readonly canMendRoll: boolean;
   readonly delayMs: number | null;
   readonly target: TargetReadout | null;
   readonly wall: WallReadout;
@@ -29,7 +31,8 @@ export function hudLines(now: HudFigures): Line[] {
   const delay = now.delayMs === null ? null : soft(`${Math.round(now.delayMs)} ms behind`);
   const lines: Line[] = [{ left: { text: capital(now.status.label), tone: now.status.level }, right: delay }];
   if (now.insertedMm !== null) {
-    const roll = now.rollRad === null ? soft("roll unknown") : text(`roll ${degrees((now.rollRad * 180) / Math.PI)}`);
+    const unknown: Word = now.canMendRoll ? { text: "roll not valid: see the menu", tone: "warn" } : soft("roll unknown");
+    const roll = now.rollRad === null ? unknown : text(`roll ${degrees((now.rollRad * 180) / Math.PI)}`);
     lines.push({ left: text(`${Math.round(now.insertedMm)} mm inserted`), right: roll });
   }
   if (now.target !== null) lines.push(...targetLines(now.target));

@@ -8,7 +8,6 @@ import type { DrawnTrack } from "../motion/drawn";
 import type { Feature, Frame } from "../stage/feature";
 import type { Stage } from "../stage/stage";
 import type { Condition } from "../ui/condition";
-import type { TrainingAct } from "../training/xr/rows";
 import type { CanvasPlate } from "./canvas_plate";
 import { HandDrawings } from "./drawings";
 import { drawBefore, lengthOf } from "./drawn";
@@ -23,8 +22,7 @@ import { hudLines, noticeOf } from "./hud_words";
 import { Interaction } from "./interaction";
 import { LabelBatch } from "./label_batch";
 import { Menu } from "./menu";
-import type { Act, Row, Situation, TargetAct } from "./menu_model";
-import { nextArm } from "./menu_model";
+import { MenuActs } from "./menu_acts";
 import type { Head, Placement } from "./placement";
 import { Places } from "./places";
 import type { PressKind } from "./pointer";
@@ -57,10 +55,7 @@ export class Immersion implements Feature {
   readonly places: Places;
   readonly menu: Menu;
   readonly notice = new Notice();
-  /** Shows a newcomer round; null where nobody does. */
-  guide: (() => void) | null = null;
-  /** What the menu offers about trials, and what a press there does. */
-  training: { rows(): Row[]; act(what: TrainingAct): void } | null = null;
+  readonly acts: MenuActs;
   /** Other plates that stay in view; they show and hide themselves. */
   readonly headUps: HeadUp[] = [];
   private readonly head: Head;
@@ -77,7 +72,6 @@ export class Immersion implements Feature {
   /** Which buttons were down at the last frame, a bit for each, by hand. */
   private readonly down = [0, 0];
   private condition: Condition | null = null;
-  private parts: readonly { readonly name: string; readonly label: string }[] = [];
   private framesIn = -1;
   private saidMs = -Infinity;
   private bare = false;
@@ -91,15 +85,17 @@ export class Immersion implements Feature {
     this.sessions = new XrSessions(view, { scale: settings.pixelRatio ?? 1, foveation: low ? 1 : 0.6 });
     this.head = view.head;
     this.places = new Places(stage, view.camera);
+    this.acts = new MenuActs(stage, (placement) => this.go(placement), () => this.sessions.leave());
     this.menu = new Menu({
       store: stage.store,
-      parts: () => this.parts,
+      parts: () => this.acts.parts,
       helpLines: () => (this.bare ? HAND_HELP : CONTROLLER_HELP),
-      canGuide: () => this.guide !== null,
-      target: () => this.targetNow(),
+      canGuide: () => this.acts.guide !== null,
+      target: () => this.acts.target,
       tip: () => stage.tip.valid,
-      training: () => this.training?.rows() ?? [],
-      onAct: (act) => this.act(act),
+      roll: () => this.acts.roll?.view ?? null,
+      training: () => this.acts.training?.rows() ?? [],
+      onAct: (act) => this.acts.act(act),
     });
     this.wrist = new WristButton(() => this.menu.toggle(this.head));
     this.own = [this.menu, this.wrist];
@@ -122,7 +118,7 @@ export class Immersion implements Feature {
   }
 
   describe(scene: SceneDescription): void {
-    this.parts = (scene.heart?.parts ?? []).map((part) => ({ name: part.name, label: part.label }));
+    this.acts.parts = (scene.heart?.parts ?? []).map((part) => ({ name: part.name, label: part.label }));
     this.menu.refresh();
     this.boxShown = true;
     if (this.framesIn >= 0) this.framesIn = 0; // another heart: before the viewer, as at the beginning
@@ -305,41 +301,6 @@ export class Immersion implements Feature {
     else this.menu.open(this.head, "Help");
   }
 
-  private act(act: Act): void {
-    if ("place" in act) this.go(act.place);
-    if ("leave" in act) this.sessions.leave();
-    if ("guide" in act) this.guide?.();
-    if ("target" in act) this.actOnTarget(act.target);
-    if ("arm" in act) this.turnArm(act.arm, act.by);
-    if ("parts" in act) this.showParts(act.parts === "show");
-    if ("training" in act) this.training?.act(act.training);
-  }
-
-  private actOnTarget(what: TargetAct): void {
-    const { targets, tip } = this.stage;
-    if (what === "next") targets.step(1);
-    else if (what === "previous") targets.step(-1);
-    else if (what === "add" && tip.valid) targets.add(this.place.setFromMatrixPosition(tip.matrix));
-    else if (what === "remove" && targets.active?.own === true) targets.remove(targets.active.id);
-  }
-
-  private targetNow(): Situation["target"] {
-    const { active, targets } = this.stage.targets;
-    if (active === null) return null;
-    return { name: active.name, own: active.own, number: targets.indexOf(active) + 1, count: targets.length };
-  }
-
-  private turnArm(arm: 0 | 1, by: number): void {
-    const { store } = this.stage;
-    const turned = nextArm(store.value.arms[arm], by);
-    store.set({ arms: arm === 0 ? [turned, store.value.arms[1]] : [store.value.arms[0], turned] });
-  }
-
-  private showParts(visible: boolean): void {
-    const { store } = this.stage;
-    store.set({ parts: Object.fromEntries(this.parts.map(({ name }) => [name, { ...store.part(name), visible }])) });
-  }
-
   private say(frame: Frame): void {
     const { hud, notice, stage } = this;
     hud.group.visible = stage.store.value.hud && this.framesIn > SETTLED_FRAMES;
@@ -377,6 +338,7 @@ export class Immersion implements Feature {
       status: this.condition ?? { label: "connecting", level: "idle" },
       insertedMm: shown ? lengthOf(track) : null,
       rollRad: shown ? track.roll : null,
+      canMendRoll: (this.acts.roll?.view?.action ?? null) !== null,
       delayMs: shown ? track.delayMs : null,
       target: readout.target,
       wall: readout.wall,

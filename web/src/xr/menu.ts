@@ -32,6 +32,8 @@ export interface MenuParts {
   target(): Situation["target"];
   /** Whether the tip is known. */
   tip(): boolean;
+  /** How far the roll can be trusted; null where nothing is said of it. */
+  roll(): Situation["roll"];
   training(): Row[];
   onAct(act: Act): void;
 }
@@ -147,8 +149,8 @@ export class Menu extends CanvasPlate {
 
   private situation(): Situation {
     const { store } = this.parts;
-    const { parts, helpLines, canGuide, target, tip, training } = this.parts;
-    return { store, parts: parts(), helpLines: helpLines(), canGuide: canGuide(), target: target(), tip: tip(), training };
+    const { parts, helpLines, canGuide, target, tip, roll, training } = this.parts;
+    return { store, parts: parts(), helpLines: helpLines(), canGuide: canGuide(), target: target(), tip: tip(), roll: roll(), training };
   }
 
   /** Lights up what is pointed at, and says in a sentence what it does. */

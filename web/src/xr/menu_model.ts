@@ -5,6 +5,7 @@ import type { Control } from "../stage/controls";
 import { CONTROLS } from "../stage/controls";
 import type { ArmAngles, Change, SceneSettings, SettingKey, SettingsStore } from "../stage/settings";
 import type { TrainingAct } from "../training/xr/rows";
+import type { RollView } from "../ui/roll";
 import type { Placement } from "./placement";
 import { PLACEMENTS } from "./placement";
 
@@ -16,7 +17,7 @@ const GROUP: Partial<Record<Tab, Control["group"]>> = { View: "View", Ultrasound
 export type Act =
   | { readonly place: Placement } | { readonly leave: true } | { readonly page: number } | { readonly guide: true }
   | { readonly target: TargetAct } | { readonly arm: 0 | 1; readonly by: number } | { readonly parts: "show" | "hide" }
-  | { readonly training: TrainingAct };
+  | { readonly training: TrainingAct } | { readonly roll: true };
 export type TargetAct = "next" | "previous" | "add" | "remove";
 
 interface Common {
@@ -50,6 +51,8 @@ export interface Choice {
 }
 
 export const ROWS_SHOWN = 7;
+/** As many as a row of text holds without being squeezed. */
+const LINE_LETTERS = 62;
 
 export interface Situation {
   readonly store: SettingsStore;
@@ -61,6 +64,8 @@ export interface Situation {
   readonly target: { readonly name: string; readonly own: boolean; readonly number: number; readonly count: number } | null;
   /** Whether the tip is known: a target can be placed there. */
   readonly tip: boolean;
+  /** How far the roll can be trusted; null where nothing is said of it. */
+  readonly roll: RollView | null;
   /** The rows of the tab about trials. */
   training(): Row[];
 }
@@ -86,7 +91,8 @@ function allRows(tab: Tab, now: Situation): Row[] {
   const rows = controls.map((each) => rowOf(each, store));
   if (tab === "Targets") rows.push(...targetRows(now));
   if (tab === "View" && store.value.mode === "2d") rows.push(armRow(store, 0), armRow(store, 1));
-  if (tab === "Ultrasound" && rows.length === 0) {
+  if (tab === "Ultrasound") rows.unshift(...rollRows(now.roll));
+  if (tab === "Ultrasound" && controls.length === 0) {
     rows.push({ kind: "text", label: "Switch Ultrasound (ICE) on under View.", help: "", locked: null });
   }
   return rows;
@@ -144,6 +150,17 @@ function armRow(store: SettingsStore, arm: 0 | 1): Row {
   };
 }
 
+/** What the roll lacks, and the press that puts it right where a person can. */
+function rollRows(roll: RollView | null): Row[] {
+  if (roll === null || roll.detail === "") return [];
+  const { detail, hint, action } = roll;
+  const rows: Row[] = wrapped(`${detail} ${hint}`, LINE_LETTERS).map((label) => ({ kind: "text", label, help: "", locked: null }));
+  if (action !== null) {
+    rows.push({ kind: "buttons", label: "Roll", help: "What makes the roll valid again", locked: null, buttons: [{ label: action.label, act: { roll: true } }] });
+  }
+  return rows;
+}
+
 function helpRows({ helpLines, canGuide }: Situation): Row[] {
   const rows: Row[] = helpLines.map((label) => ({ kind: "text", label, help: "", locked: null }));
   return canGuide ? [guideRow(), ...rows] : rows;
@@ -172,6 +189,20 @@ function pager(shown: number, pages: number): Row {
     kind: "buttons", label: `Page ${shown + 1} of ${pages}`, help: "", locked: null,
     buttons: [{ label: "Back", act: { page: Math.max(0, shown - 1) } }, { label: "More", act: { page: Math.min(pages - 1, shown + 1) } }],
   };
+}
+
+/** Returns words in lines of so many letters at most. */
+function wrapped(words: string, letters: number): string[] {
+  const lines: string[] = [];
+  let line = "";
+  for (const word of words.trim().split(" ")) {
+    if (line !== "" && line.length + 1 + word.length > letters) {
+      lines.push(line);
+      line = "";
+    }
+    line = line === "" ? word : `${line} ${word}`;
+  }
+  return [...lines, line];
 }
 
 function sliderText(value: number, step: number, unit: string): string {

@@ -83,7 +83,7 @@ export function xrDebug(immersion: Immersion, store: SettingsStore): XrDebug {
     background: () => immersion.background,
     clearTimes: () => immersion.clearTimes(),
     drawables: () => drawables(immersion.scene),
-    guide: () => immersion.guide?.(),
+    guide: () => immersion.acts.guide?.(),
     go: (placement) => immersion.go(placement),
     enter: (mode) => immersion.sessions.enter(mode),
     leave: () => immersion.sessions.leave(),

@@ -12,6 +12,7 @@ from sqlalchemy import Connection, Engine, Select, Table, and_, func, insert, se
 from cathxr.core import ConfigError, DataError
 from cathxr.core.trials import Answer, Draw, Outcome, Participant, TrialRecord, TrialStart
 from cathxr.storage.study_store import deletion, rows
+from cathxr.storage.study_store.answering import keep_answers, keep_participants
 from cathxr.storage.study_store.engine import reading, shown, store_url, writing, writing_alone
 from cathxr.storage.study_store.nouns import Deleted, LogEntry, StoredDesign
 from cathxr.storage.study_store.opening import check_study, created, opened
@@ -155,7 +156,7 @@ class StudyStore:
             DataError: that code is taken.
         """
         with self._writing() as connection:
-            self._add(connection, participant, at)
+            keep_participants(connection, self.study, [participant], at=at)
 
     def draw(self, code: str, choose: Callable[[int], str], *, group: str = "", at: str) -> Draw:
         """Return the draw of a participant's sequence, made and kept in one step; of one that has one, that one.
@@ -178,7 +179,7 @@ class StudyStore:
             draw = Draw(group, number, choose(number), code, at)
             here = self._participant(connection, code)
             if here is None:
-                self._add(connection, Participant(code, draw.sequence, group, at), at)
+                keep_participants(connection, self.study, [Participant(code, draw.sequence, group, at)], at=at)
             elif here["sequence"] or here["group"] != group:
                 raise DataError(
                     f"{code} is enrolled in group {here['group']!r} as {here['sequence']!r}: not drawn again."
@@ -288,34 +289,9 @@ class StudyStore:
             DataError: a participant is not enrolled, or an answer differs from one that is there and `replace` is not
             given.
         """
-        changed = 0
         with self._writing() as connection:
-            for participant in enrol:
-                self._add(connection, participant, at)
-            for answer in answers:
-                self._check_enrolled(connection, answer.participant)
-                row = rows.answer_row(answer)
-                same = (ANSWER.c[key] == row[key] for key in ("participant", "survey", "occasion", "item"))
-                place = and_(ANSWER.c.study == self.study, *same)
-                found = connection.execute(select(ANSWER).where(place)).mappings().first()
-                what = f"{answer.survey} {answer.item} {answer.occasion}"
-                if found is not None and (found["value"], found["words"]) == (answer.value, answer.text):
-                    continue
-                if found is None:
-                    connection.execute(insert(ANSWER).values(study=self.study, **row))
-                elif replace:
-                    connection.execute(update(ANSWER).where(place).values(**row))
-                    old = found["words"] if found["value"] is None else f"{found['value']:g}"
-                    self._note(connection, at, "answer replaced", answer.participant, f"{what}: was {old}")
-                else:
-                    raise DataError(
-                        f"{answer.participant} has another answer to {what} already; nothing was entered: correct it, "
-                        "or say that answers are to be replaced."
-                    )
-                changed += 1
-            if changed:
-                self._note(connection, at, "answers entered", detail=f"{changed}")
-        return changed
+            keep_participants(connection, self.study, enrol, at=at)
+            return keep_answers(connection, self.study, answers, at=at, replace=replace, place=self.place)
 
     def delete(self, code: str, *, at: str) -> Deleted:
         """Return what went with a participant: every row of that code; its draws lose it and keep their place.
@@ -388,12 +364,6 @@ class StudyStore:
     def _check_enrolled(self, connection: Connection, code: str) -> None:
         if self._participant(connection, code) is None:
             raise DataError(f"{self.place}: no participant {code} in study {self.study}; allocate that code first.")
-
-    def _add(self, connection: Connection, participant: Participant, at: str) -> None:
-        if self._participant(connection, participant.code) is not None:
-            raise DataError(f"{participant.code} is enrolled already; every participant has a code of their own.")
-        connection.execute(insert(PARTICIPANT).values(study=self.study, **rows.participant_row(participant)))
-        self._note(connection, at, "participant enrolled", participant.code, f"group {participant.group!r}")
 
     def _note(self, connection: Connection, at: str, what: str, participant: str = "", detail: str = "") -> None:
         row = {"study": self.study, "at": at, "what": what, "participant": participant, "detail": detail}

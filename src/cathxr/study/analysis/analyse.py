@@ -10,6 +10,7 @@ from cathxr.study.analysis.data import Condition, Measure, StudyData
 from cathxr.study.analysis.describe import Described, described
 from cathxr.study.analysis.effect import EffectSizes, effect_sizes
 from cathxr.study.analysis.flow import Flow, flow
+from cathxr.study.analysis.groups import Groups, groups
 from cathxr.study.analysis.learning import Learning, learning
 from cathxr.study.analysis.mixed import MixedModel, mixed_model
 from cathxr.study.analysis.multiple import holm
@@ -55,7 +56,10 @@ class OutcomeResult:
 
 @dataclass(frozen=True)
 class Analysis:
-    """Everything that the report shows. uncut: the primary model without trials that the limit cut, if any were."""
+    """Everything that the report shows. uncut: the primary model without trials that the limit cut, if any were.
+
+    groups: None where fewer than two groups have trials that count.
+    """
 
     data: StudyData
     flow: Flow
@@ -67,6 +71,7 @@ class Analysis:
     survey: tuple[Row, ...]
     scores: tuple[ScoreRow, ...]
     score_comparisons: tuple[ScoreComparison, ...]
+    groups: Groups | None
 
     @property
     def primary(self) -> OutcomeResult:
@@ -103,6 +108,7 @@ def analyse(data: StudyData) -> Analysis:
         survey_rows(data.answers, data.items),
         score_rows(data.scores, level=1.0 - data.alpha),
         score_comparisons(data, _occasion_pairs(data)),
+        groups(data),
     )
 
 

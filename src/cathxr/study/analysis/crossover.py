@@ -56,7 +56,7 @@ def cross_over_of(observed: Observations, data: StudyData, *, reference: str, su
     period, period_p = _half_difference(step[reference_first], -step[~reference_first], level=level)
     total = first + second
     carry, carry_p = _half_difference(total[reference_first], total[~reference_first], level=level)
-    exact = _rank_sum(step[reference_first], step[~reference_first])
+    exact = rank_sum(step[reference_first], step[~reference_first], name="Rank-sum of period differences")
     reading = comparison_reading(
         view, observed.measure, subject=data.name_of(subject), reference=data.name_of(reference)
     )
@@ -98,8 +98,8 @@ def _half_difference(a: FloatArray, b: FloatArray, *, level: float) -> tuple[Est
     return Estimate(value, float(interval.low) / 2.0, float(interval.high) / 2.0, level), float(result.pvalue)
 
 
-def _rank_sum(a: FloatArray, b: FloatArray) -> ExactTest:
-    """Return the two-sided rank-sum test: exact up to 184,756 draws of the allocation, ties with mid-ranks.
+def rank_sum(a: FloatArray, b: FloatArray, *, name: str) -> ExactTest:
+    """Return the two-sided rank-sum test of a (n,) and b (m,): exact up to 184,756 draws, ties with mid-ranks.
 
     Without ties by SciPy's exact distribution over all draws, with ties by going through every draw.
     """
@@ -111,5 +111,5 @@ def _rank_sum(a: FloatArray, b: FloatArray) -> ExactTest:
         method = stats.PermutationMethod(n_resamples=draws, batch=2**12) if tied else "exact"
     result = stats.mannwhitneyu(a, b, method=method)
     smallest = min(1.0, 2.0 / draws)
-    return ExactTest("Rank-sum of period differences", float(result.statistic), float(result.pvalue),
+    return ExactTest(name, float(result.statistic), float(result.pvalue),
                      len(a) + len(b), enumerated, smallest)  # fmt: skip

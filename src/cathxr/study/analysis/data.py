@@ -126,7 +126,7 @@ class StudyData:
     def occasion_of(self, occasion: str) -> str:
         """Return when a survey was asked as a person reads it: "after:3d" is "after 3D view"."""
         when, _, condition = occasion.partition(":")
-        return f"{when} {self.name_of(condition)}" if condition else when
+        return f"{when} {self.name_of(condition)}" if condition else {"end": "at the end"}.get(when, when)
 
     def order_of(self, sequence: str) -> str:
         """Return a sequence as a person reads it, such as "2D view, then 3D view"."""

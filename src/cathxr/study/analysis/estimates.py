@@ -75,6 +75,13 @@ def in_sentence(name: str) -> str:
     return name if name[1:2].isupper() or not name[1:2] else name[:1].lower() + name[1:]
 
 
+def verb_of(name: str) -> str:
+    """Return "was", or "were" for a measure whose name is a plural, such as "Virtual wall breaches"."""
+    words = name.split(" (")[0].split()
+    plural = bool(words) and (words[0] == "Targets" or (words[-1].endswith("s") and words[-1][-2:] not in ("ss", "is")))
+    return "were" if plural else "was"
+
+
 def comparison_reading(
     effect: Estimate, measure: Measure, *, subject: str, reference: str, conclude: bool = True
 ) -> str:
@@ -84,7 +91,7 @@ def comparison_reading(
     """
     what = in_sentence(measure.name)
     found = (
-        f"With {subject}, {what} was {change_text(effect.value, measure)} than with {reference}; "
+        f"With {subject}, {what} {verb_of(measure.name)} {change_text(effect.value, measure)} than with {reference}; "
         f"the data fit anything {range_text(effect, measure)} ({percent(effect.level)} interval)."
     )
     if not conclude:

@@ -7,7 +7,15 @@ import numpy as np
 
 from cathxr.study.analysis.data import Measure, StudyData
 from cathxr.study.analysis.design_matrix import Column, design_matrix
-from cathxr.study.analysis.estimates import Estimate, change_text, comparison_reading, in_sentence, p_text, range_text
+from cathxr.study.analysis.estimates import (
+    Estimate,
+    change_text,
+    comparison_reading,
+    in_sentence,
+    p_text,
+    range_text,
+    verb_of,
+)
 from cathxr.study.analysis.mixed_fit import fit_random_intercept
 from cathxr.study.analysis.observations import Observations, observations
 
@@ -159,7 +167,7 @@ def _reading(column: Column, effect: Estimate, p: float, measure: Measure, *, re
         "sequence": f"In the group with {column.level}",
         "task": f"In the task {column.level}",
     }[column.kind]
-    told = f"{subject}, {in_sentence(measure.name)} was {change_text(effect.value, measure)}"
+    told = f"{subject}, {in_sentence(measure.name)} {verb_of(measure.name)} {change_text(effect.value, measure)}"
     span = f"({range_text(effect, measure)}; {p_text(p)})"
     open_end = "" if effect.excludes_zero else "; no change at all is possible too"
     return f"{told} {span}{open_end}."

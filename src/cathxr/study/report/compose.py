@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from cathxr.study.analysis.analyse import Analysis
+from cathxr.study.analysis.estimates import p_text
 from cathxr.study.analysis.mixed import CONFOUNDED
 from cathxr.study.report.document import Block, Bullets, Document, Heading, Paragraph
 from cathxr.study.report.figures_paths import TrialPath
+from cathxr.study.report.section_groups import groups
 from cathxr.study.report.section_methods import methods
 from cathxr.study.report.section_outcomes import primary, secondary
 from cathxr.study.report.section_people import people, trial_list
@@ -51,6 +53,7 @@ def report(analysis: Analysis, made: Made, trial_paths: Sequence[TrialPath] = ()
         *primary(analysis),
         *course(analysis),
         *secondary(analysis),
+        *groups(analysis),
         *path_pictures(analysis, trial_paths),
         *surveys(analysis),
         *methods(analysis, made.libraries),
@@ -100,18 +103,22 @@ def _doubts(analysis: Analysis) -> list[str]:
     comparison = analysis.primary.comparisons[0] if analysis.primary.comparisons else None
     if comparison is None or model.view is None or not model.view_alone:
         return []
+    finds, alpha = model.view.effect.excludes_zero, analysis.data.alpha
     others = []
-    if (
-        comparison.cross_over is not None
-        and comparison.cross_over.view.excludes_zero != model.view.effect.excludes_zero
-    ):
-        others.append("the AB/BA analysis by person")
-    test = comparison.wilcoxon
-    if test is not None and (test.p <= analysis.data.alpha) != model.view.effect.excludes_zero:
-        others.append("the exact signed-rank test")
+    cross, test = comparison.cross_over, comparison.wilcoxon
+    if cross is not None and cross.view.excludes_zero != finds:
+        others.append(f"the AB/BA analysis by person ({p_text(cross.view_p)})")
+    if cross is not None and (cross.exact.p <= alpha) != finds:
+        others.append(f"the exact rank-sum test ({p_text(cross.exact.p)})")
+    if test is not None and (test.p <= alpha) != finds:
+        practice = ", to which practice is noise" if cross is not None else ""
+        others.append(f"the exact signed-rank test ({p_text(test.p)}{practice})")
     if not others:
         return []
+    several = len(others) > 1
+    what = "finds a difference between the views" if finds else "finds no difference that chance could not make"
+    does = ("do not" if several else "does not") if finds else ("find one" if several else "finds one")
     return [
-        f"The mixed model and {' and '.join(others)} disagree on whether the data rule out no difference: people may "
-        "differ in how much the view helps them, or are too few to tell. Take the result as provisional."
+        f"The mixed model {what} ({p_text(model.view.p)}); {' and '.join(others)} {does}: people may differ in how "
+        "much the view helps them, or are too few to tell. Take the result as provisional."
     ]

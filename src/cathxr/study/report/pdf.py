@@ -37,6 +37,7 @@ _BACK = {"reading": (HexColor("#eef4fb"), HexColor("#0b5cad")), "warning": (HexC
 _MARGIN = 20 * mm
 _WIDTH = A4[0] - 2 * _MARGIN
 _KEPT_ROWS = 18  # a table this short is not torn by the end of a page
+_LEAST = 4.5
 _FONT, _BOLD = "CathxrSans", "CathxrSans-Bold"
 
 
@@ -163,20 +164,30 @@ def _caption(label: str, caption: str, after: float) -> Text:
     )
 
 
+def _fitting(text: str, size: float, width: float) -> float:
+    """Return the size, of `size` or below, at which no word of a bold text must be broken."""
+    longest = max((pdfmetrics.stringWidth(word, _BOLD, size) for word in text.split()), default=0.0)
+    return size if longest <= width else max(_LEAST, 0.99 * size * width / longest)
+
+
 def _table(block: Table, label: str) -> list[list[Flowable]]:
     wide = len(block.head) > 7
     size = 6.9 if wide else 8.2
 
-    def cells(row: Sequence[str], *, bold: bool) -> list[Flowable]:
+    padding = 5 if wide else 10
+    shares = block.widths or tuple(1.0 for _ in block.head)
+    widths = [_WIDTH * each / sum(shares) for each in shares]
+
+    def cells(row: Sequence[str], *, bold: bool, sizes: Sequence[float]) -> list[Flowable]:
         return [
-            Text(escape(cell), _style(size, bold=bold, after=0, right=at in block.numbers))
+            Text(escape(cell), _style(sizes[at], bold=bold, after=0, right=at in block.numbers))
             for at, cell in enumerate(row)
         ]
 
-    rows = [cells(block.head, bold=True)]
-    rows += [cells(row, bold=at in block.strong) for at, row in enumerate(block.rows)]
-    shares = block.widths or tuple(1.0 for _ in block.head)
-    widths = [_WIDTH * each / sum(shares) for each in shares]
+    heads = [_fitting(cell, size, width - padding) for cell, width in zip(block.head, widths, strict=True)]
+    plain = [size] * len(block.head)
+    rows = [cells(block.head, bold=True, sizes=heads)]
+    rows += [cells(row, bold=at in block.strong, sizes=plain) for at, row in enumerate(block.rows)]
     last = len(rows) - 1
     style: list[Any] = [
         ("LINEABOVE", (0, 0), (-1, 0), 1.0, _INK),
@@ -185,7 +196,7 @@ def _table(block: Table, label: str) -> list[list[Flowable]]:
         ("LINEBELOW", (0, last), (-1, last), 1.0, _INK),
         ("VALIGN", (0, 0), (-1, -1), "TOP"),
         ("LEFTPADDING", (0, 0), (-1, -1), 0),
-        ("RIGHTPADDING", (0, 0), (-1, -1), 5 if wide else 10),
+        ("RIGHTPADDING", (0, 0), (-1, -1), padding),
         ("TOPPADDING", (0, 0), (-1, -1), 2),
         ("BOTTOMPADDING", (0, 0), (-1, -1), 2.5),
     ]

@@ -12,11 +12,12 @@ from cathxr.study.report.figures_survey import ratings
 
 _PAPER = "paper"
 _MOST_COLUMNS = 8
+_MOST_WORDS = 100
 
 
 def surveys(analysis: Analysis) -> list[Block]:
     """Return the tables and pictures of every survey that has answers."""
-    if not analysis.survey and not analysis.scores:
+    if not analysis.survey and not analysis.scores and not any(each.text for each in analysis.data.answers):
         return []
     blocks: list[Block] = [Heading("Surveys")]
     if analysis.scores:
@@ -32,6 +33,7 @@ def surveys(analysis: Analysis) -> list[Block]:
             asked = tuple(row for row in rows if row.occasion == occasion)
             name = f"{title}, asked {analysis.data.occasion_of(occasion)}"
             blocks += [_table(asked, name, paper=survey == _PAPER), ratings(asked, name)]
+    blocks += _words(analysis.data)
     if any(row.item.survey == _PAPER for row in analysis.survey):
         blocks.append(Paragraph(PAPER_REMARK, "small"))
     return blocks
@@ -79,6 +81,31 @@ def _by_occasion(rows: tuple[Row, ...], title: str, data: StudyData) -> Table:
     )
 
 
+def _words(data: StudyData) -> list[Block]:
+    """Return what was answered in words, question by question, as it was written."""
+    given: dict[tuple[str, str], list[tuple[str, str, str]]] = {}
+    for each in data.answers:
+        if each.text:
+            row = (each.participant, data.occasion_of(each.occasion), each.text)
+            given.setdefault((each.survey, each.item), []).append(row)
+    named = {(each.survey, each.item): each for each in data.items}
+    blocks: list[Block] = []
+    for (survey, item), rows in given.items():
+        known = named.get((survey, item))
+        title, asked = (survey, item) if known is None else (known.title or survey, known.words)
+        left_out = len(rows) - _MOST_WORDS
+        blocks.append(
+            Table(
+                f"{title}, in words: {asked}",
+                ("participant", "asked", "answer"),
+                tuple(rows[:_MOST_WORDS]),
+                note=f"{left_out} more are in the export of the answers." if left_out > 0 else "",
+                widths=(1.0, 1.2, 5.0),
+            )
+        )
+    return blocks
+
+
 def _mean(row: Row) -> str:
     return f"{row.mean:.2f}" + (f" ± {row.sd:.2f}" if row.sd is not None else "")
 
@@ -99,13 +126,13 @@ def _table(rows: tuple[Row, ...], name: str, *, paper: bool) -> Table:
             theirs = PAPER_RATINGS.get(row.item.item)
             cells.append(f"{statistics.mean(theirs):.2f} ± {statistics.stdev(theirs):.2f}" if theirs else "–")
         shown.append(tuple(cells))
-    widths = [*([0.9] if keyed else []), 4.6, *([1.35] * len(listed)), 0.5, 2.0, *([] if listed else [1.2])]
+    widths = [*([0.9] if keyed else []), 4.0, *([1.3] * len(listed)), 0.5, 2.3, *([] if listed else [1.2])]
     return Table(
         f"{name}. SD: of the sample (n − 1).",
         tuple(head),
         tuple(shown),
         numbers=tuple(range(2 if keyed else 1, len(head))),
-        widths=(*widths, *([2.0] if paper else [])),
+        widths=(*widths, *([2.3] if paper else [])),
     )
 
 

@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 from numba import njit
-from scipy.spatial.distance import cdist, directed_hausdorff
 
 from cathxr.core import FloatArray
 from cathxr.geometry import resampled
@@ -22,11 +21,15 @@ def frechet_mm(first: FloatArray, second: FloatArray) -> float:
     Eiter, Mannila: "Computing discrete Fréchet distance", TU Vienna CD-TR 94/64, 1994. The continuous one is smaller by
     at most the longest step.
     """
+    from scipy.spatial.distance import cdist  # as in `motion.smoothed`
+
     return float(_frechet(cdist(first, second)))
 
 
 def hausdorff_mm(first: FloatArray, second: FloatArray) -> float:
     """Return the Hausdorff distance of two sets of points (N, 3), (M, 3), mm: the greater of both directions."""
+    from scipy.spatial.distance import directed_hausdorff
+
     return float(max(directed_hausdorff(first, second)[0], directed_hausdorff(second, first)[0]))
 
 
@@ -36,6 +39,8 @@ def dtw_mm(first: FloatArray, second: FloatArray) -> float:
     Sakoe, Chiba: "Dynamic programming algorithm optimization for spoken word recognition", IEEE Trans. ASSP 26(1),
     1978; steps (1, 0), (0, 1), (1, 1) of equal weight. Of pairings of equal cost, the one with the fewest pairs.
     """
+    from scipy.spatial.distance import cdist
+
     cost, pairs = _dtw(cdist(first, second))
     return float(cost / pairs)
 

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from scipy.signal import butter, sosfiltfilt
 
 from cathxr.core import FloatArray, Track
 from cathxr.core.arrays import checked
@@ -152,6 +151,8 @@ def smoothed(motion: Motion, *, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     A segment that is too short for the filter, or sampled at under 4 times the cut-off, stays as it is. Samples that
     are not even in time are filtered as if they were (jitter of some ms is small against the cut-off).
     """
+    from scipy.signal import butter, sosfiltfilt  # a second to load, which a start of the live system need not wait for
+
     tip = motion.tip_box.copy()
     for segment in motion.segments():
         rate = rate_hz(segment)

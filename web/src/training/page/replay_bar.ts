@@ -17,7 +17,8 @@ export class ReplayBar {
   private readonly speed = button("1×", () => this.faster());
   private shownTime = "";
 
-  constructor(private readonly replay: Replay) {
+  /** nameOf: the name of a task, by its key. */
+  constructor(private readonly replay: Replay, private readonly nameOf: (task: string) => string) {
     this.slider.type = "range";
     this.slider.min = "0";
     this.slider.step = "0.05";
@@ -44,7 +45,7 @@ export class ReplayBar {
     const key = fixed(player.timeS, 1);
     if (key === this.shownTime && this.slider.max === String(player.durationS)) return;
     this.shownTime = key;
-    setText(this.name, `${path.participant} · ${path.task}`);
+    setText(this.name, `${path.participant} · ${this.nameOf(path.task)}`);
     this.slider.max = String(player.durationS);
     if (document.activeElement !== this.slider || player.playing) this.slider.value = String(player.timeS);
     setText(this.time, `${duration(player.timeS)} of ${duration(player.durationS)}`);

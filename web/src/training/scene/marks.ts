@@ -1,48 +1,36 @@
 /** The targets of a trial in the scene: the one that is offered bright, with the way to it; later ones faint, reached ones ticked. */
 
-import {
-  BufferAttribute, BufferGeometry, Color, DoubleSide, DynamicDrawUsage, Group, InstancedMesh, Line, LineDashedMaterial, Matrix4, Mesh,
-  MeshBasicMaterial, MeshLambertMaterial, Quaternion, RingGeometry, SphereGeometry, Vector3,
-} from "three";
-import type { Sprite } from "three";
+import { Color, Group, InstancedMesh, Matrix4, MeshLambertMaterial, Quaternion, SphereGeometry, Vector3 } from "three";
 import type { SceneDescription, TrainingTarget } from "../../generated/messages";
 import { ARRAY_BEHIND_TIP_MM } from "../../ice/transducer";
 import { makeTargetMeasure, measureTarget } from "../../maths/target";
 import type { LabelMaker } from "../../scene/declutter";
-import { makeLabel, RANK } from "../../scene/label";
+import { RANK } from "../../scene/label";
+import { LabelSet } from "../../scene/label_set";
+import { BALL_ORDER, TARGET_COLOURS, TargetMark } from "../../scene/target_mark";
 import type { Feature, Frame } from "../../stage/feature";
 import type { Stage } from "../../stage/stage";
+import { shortName } from "../words";
 import { PlaneFrame } from "./plane_frame";
 
-const COLOUR = new Color(0xffd166);
-const NEAR = new Color(0x7dd3fc);
-const REACHED = new Color(0x4ade80);
 const MISSED = new Color(0x8a6a6a);
 /** Of a plane's point: what counts there is the frame. */
 const POINT_MM = 2;
 const OTHER_SHARE = 0.45;
-const BALL_ORDER = 30;
-const RING_ORDER = 41;
-const LABEL_ABOVE_MM = 4;
 /** As far as a beam is looked along, mm. */
 const RANGE_MM = 120;
-const RING = { inner: 1.18, outer: 1.34, steps: 60, leastMm: 3 };
 const LABEL_INK = { now: "#ffffff", reached: "#7ef0a8", missed: "#c9a3a3" } as const;
 
 export class RunMarks implements Feature, LabelMaker {
   labelsVersion = 0;
   private readonly group = new Group();
-  private readonly ball: Mesh<SphereGeometry, MeshLambertMaterial>;
-  private readonly ring: Mesh<RingGeometry, MeshBasicMaterial>;
-  private readonly way: Line<BufferGeometry, LineDashedMaterial>;
-  private readonly wayEnds = new BufferAttribute(new Float32Array(6), 3).setUsage(DynamicDrawUsage);
-  private readonly wayLengths = new BufferAttribute(new Float32Array(2), 1).setUsage(DynamicDrawUsage);
+  private readonly mark = new TargetMark(this.group);
+  private readonly labels = new LabelSet(this.group);
   private readonly frame = new PlaneFrame();
   private readonly measure = makeTargetMeasure();
   private readonly array: [number, number, number] = [1.5, 0, -ARRAY_BEHIND_TIP_MM];
-  private readonly boxTurn = new Quaternion();
+  private readonly at = new Vector3();
   private others: InstancedMesh<SphereGeometry, MeshLambertMaterial> | null = null;
-  private labels: Sprite[] = [];
   private offered: TrainingTarget | null = null;
   private builtFrom = "";
   private seenVersion = -1;
@@ -51,18 +39,8 @@ export class RunMarks implements Feature, LabelMaker {
   private shownShare = -1;
 
   constructor(private readonly stage: Stage) {
-    const material = new MeshLambertMaterial({ color: COLOUR, transparent: true, opacity: 0.45, depthWrite: false });
-    this.ball = new Mesh(new SphereGeometry(1, 32, 20), material);
-    this.ball.renderOrder = BALL_ORDER;
-    const geometry = new BufferGeometry().setAttribute("position", this.wayEnds).setAttribute("lineDistance", this.wayLengths);
-    this.way = new Line(geometry, new LineDashedMaterial({ color: COLOUR, dashSize: 2, gapSize: 1.5, transparent: true, opacity: 0.9 }));
-    this.way.frustumCulled = false;
-    this.way.renderOrder = BALL_ORDER;
-    const ring = new RingGeometry(RING.inner, RING.outer, RING.steps, 1, Math.PI / 2, -2 * Math.PI);
-    this.ring = new Mesh(ring, new MeshBasicMaterial({ color: REACHED, side: DoubleSide, transparent: true, depthTest: false }));
-    this.ring.renderOrder = RING_ORDER;
     this.group.name = "trial";
-    this.group.add(this.ball, this.way, this.ring, this.frame.lines);
+    this.group.add(this.frame.lines);
     this.group.visible = false;
     stage.view.box.add(this.group);
   }
@@ -79,7 +57,7 @@ export class RunMarks implements Feature, LabelMaker {
     const { tip } = this.stage;
     const { track } = frame;
     const known = offered !== null && tip.valid && track !== null && !track.stale && (offered.kind === "tip" || tip.beam);
-    this.way.visible = known;
+    this.mark.way.visible = known;
     this.frame.lines.visible = offered !== null && offered.kind !== "tip" && offered.direction !== null;
     if (offered === null) return changed;
     if (known) this.pointTo(offered);
@@ -123,16 +101,12 @@ export class RunMarks implements Feature, LabelMaker {
     this.others = makeOthers(others);
     if (this.others !== null) this.group.add(this.others);
     for (const each of others) {
-      if (each.state === "reached") this.addLabel(each, `✓ ${each.name}`, LABEL_INK.reached, RANK.place);
-      else if (each.state === "missed") this.addLabel(each, `× ${each.name}`, LABEL_INK.missed, RANK.place);
+      if (each.state === "reached") this.addLabel(each, `✓ ${shortName(each.name)}`, LABEL_INK.reached, RANK.place);
+      else if (each.state === "missed") this.addLabel(each, `× ${shortName(each.name)}`, LABEL_INK.missed, RANK.place);
     }
-    this.ball.visible = this.ring.visible = offered !== null;
+    this.mark.ball.visible = this.mark.ring.visible = offered !== null;
     if (offered !== null) {
-      const radius = radiusOf(offered);
-      this.ball.position.set(...offered.position_mm);
-      this.ball.scale.setScalar(radius);
-      this.ring.position.set(...offered.position_mm);
-      this.ring.scale.setScalar(Math.max(RING.leastMm, radius));
+      this.mark.place(this.at.set(...offered.position_mm), radiusOf(offered));
       this.addLabel(offered, offered.name, LABEL_INK.now, RANK.active);
     }
     this.shownShare = -1;
@@ -144,59 +118,44 @@ export class RunMarks implements Feature, LabelMaker {
   private pointTo({ kind, position_mm: at }: TrainingTarget): void {
     const x = at[0], y = at[1], z = at[2];
     const m = this.stage.tip.matrix.elements;
-    const { measure, wayEnds } = this;
+    const { measure, mark } = this;
     measureTarget(measure, m, x, y, z, this.array, RANGE_MM);
     let length = measure.distanceMm;
-    if (kind === "tip") wayEnds.setXYZ(0, m[12]!, m[13]!, m[14]!);
+    if (kind === "tip") mark.wayFrom(m[12]!, m[13]!, m[14]!);
     else if (kind === "beam") {
-      wayEnds.setXYZ(0, measure.foot[0]!, measure.foot[1]!, measure.foot[2]!);
+      mark.wayFrom(measure.foot[0]!, measure.foot[1]!, measure.foot[2]!);
       length = measure.beamDistanceMm;
     } else {
       const off = (x - m[12]!) * m[4]! + (y - m[13]!) * m[5]! + (z - m[14]!) * m[6]!;
-      wayEnds.setXYZ(0, x - off * m[4]!, y - off * m[5]!, z - off * m[6]!);
+      mark.wayFrom(x - off * m[4]!, y - off * m[5]!, z - off * m[6]!);
       length = Math.abs(off);
     }
-    wayEnds.setXYZ(1, x, y, z);
-    this.wayLengths.setX(1, length);
-    wayEnds.needsUpdate = this.wayLengths.needsUpdate = true;
+    mark.wayTo(x, y, z, length);
   }
 
   /** Colours the target by how long it is kept, and fills its ring; returns whether that has changed. */
   private paint(frame: Frame): boolean {
-    const { ball, ring, stage: { view, training } } = this;
+    const { mark: { ball, ring, way }, stage: { view, training } } = this;
     const share = training.now?.progress ?? 0;
     ring.visible = share > 0 && training.phase === "running";
-    if (ring.visible) {
-      const eye = frame.immersive ? view.head.orientation : view.camera.quaternion;
-      ring.quaternion.copy(view.box.getWorldQuaternion(this.boxTurn).invert().multiply(eye));
-      ring.geometry.setDrawRange(0, 6 * Math.ceil(RING.steps * share));
-    }
+    if (ring.visible) this.mark.fillRing(share, frame, view);
     if (share === this.shownShare) return false;
     this.shownShare = share;
     const colour = ball.material.color;
-    if (share > 0) colour.copy(NEAR).lerp(REACHED, 0.8 * share);
-    else colour.copy(COLOUR);
+    if (share > 0) colour.copy(TARGET_COLOURS.near).lerp(TARGET_COLOURS.reached, 0.8 * share);
+    else colour.copy(TARGET_COLOURS.open);
     ball.material.opacity = share > 0 ? 0.55 : 0.45;
-    this.way.material.color.copy(colour);
+    way.material.color.copy(colour);
     this.frame.tint(colour);
     return true;
   }
 
   private addLabel(target: TrainingTarget, words: string, ink: string, rank: typeof RANK.active | typeof RANK.place): void {
-    const [x, y, z] = target.position_mm;
-    const label = makeLabel(words, ink, rank);
-    label.position.set(x, y, z + radiusOf(target) + LABEL_ABOVE_MM);
-    this.labels.push(label);
-    this.group.add(label);
+    this.labels.add(words, ink, rank, this.at.set(...target.position_mm), radiusOf(target));
   }
 
   private clear(): void {
-    for (const label of this.labels) {
-      label.material.map?.dispose();
-      label.material.dispose();
-      label.removeFromParent();
-    }
-    this.labels = [];
+    this.labels.clear();
     this.others?.removeFromParent();
     this.others?.dispose();
     this.others?.geometry.dispose();
@@ -220,7 +179,7 @@ function makeOthers(targets: readonly TrainingTarget[]): InstancedMesh<SphereGeo
   const turn = new Quaternion();
   targets.forEach((target, i) => {
     balls.setMatrixAt(i, place.compose(at.set(...target.position_mm), turn, size.setScalar(Math.max(1.5, 0.5 * radiusOf(target)))));
-    balls.setColorAt(i, target.state === "reached" ? REACHED : target.state === "missed" ? MISSED : COLOUR);
+    balls.setColorAt(i, target.state === "reached" ? TARGET_COLOURS.reached : target.state === "missed" ? MISSED : TARGET_COLOURS.open);
   });
   balls.renderOrder = BALL_ORDER;
   balls.frustumCulled = false;

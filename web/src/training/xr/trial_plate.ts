@@ -1,8 +1,8 @@
 /** The trial in a headset: countdown, target, error, dwell and time left, on a plate that follows the head at 1.2 m. */
 
 import type { TrainingModel } from "../model";
-import { countWords, errorWords, PHASE_WORDS, timeLeft } from "../words";
-import { box, CanvasPlate, INK, PLATE_ORDER, write } from "../../xr/canvas_plate";
+import { countWords, errorWords, fitted, PHASE_WORDS, timeLeft } from "../words";
+import { box, CanvasPlate, FONT, INK, PLATE_ORDER, write } from "../../xr/canvas_plate";
 import { LazyFollower } from "../../xr/hud";
 
 const WIDTH = 620;
@@ -67,8 +67,15 @@ export class TrialPlate extends CanvasPlate {
     }
     this.paintRing(context, shown.steps / STEPS);
     const w = WIDTH - TEXT_X - 22;
-    const right = 176;
-    write(context, shown.title, { x: TEXT_X, y: 14, w: w - (shown.count === "" ? 0 : right) - 12, h: 52 }, TRIAL_EM.large, INK.text, "left", 650);
+    // a count is as wide as it is; the name has the rest, cut at a word: the scene's label has all of it
+    context.font = `600 ${TRIAL_EM.small}px ${FONT}`;
+    const right = Math.ceil(context.measureText(shown.count).width);
+    const titleW = w - right - (shown.count === "" ? 0 : 16);
+    const widthOf = (words: string): number => context.measureText(words).width;
+    context.font = `650 ${TRIAL_EM.large}px ${FONT}`;
+    const em = widthOf(shown.title) <= titleW ? TRIAL_EM.large : TRIAL_EM.small;
+    context.font = `650 ${em}px ${FONT}`;
+    write(context, fitted(shown.title, titleW, widthOf), { x: TEXT_X, y: 14, w: titleW, h: 52 }, em, INK.text, "left", 650);
     write(context, shown.count, { x: TEXT_X + w - right, y: 14, w: right, h: 52 }, TRIAL_EM.small, INK.soft, "right", 600);
     write(context, shown.error, { x: TEXT_X, y: 70, w: w - 130, h: 50 }, TRIAL_EM.large, INK.text, "left", 650);
     write(context, shown.left, { x: TEXT_X + w - 120, y: 70, w: 120, h: 50 }, TRIAL_EM.large, INK.text, "right", 650);

@@ -25,7 +25,8 @@ from cathxr.storage.rig_file import rig_to_text
 def export(out: Path, params_path: Path | None) -> None:
     """Write everything that is needed to build a rig into DIR, whole or not at all.
 
-    print/: STL and 3MF as they lie on the bed; step/; cut/: DXF and SVG with kerf; assembly.step and assembly.glb;
+    print/: STL and 3MF as they lie on the bed; step/; cut/: DXF and SVG with kerf, and the sheets
+    as STL and 3MF; assembly.step and assembly.glb;
     bill.csv and bill.md; rig.toml, which the twin and the calibration start from; phantom.toml; params.toml.
 
     \b

@@ -14,6 +14,7 @@ from cathxr.storage.toml_text import value_text
 SCHEMA = "cathxr-hardware/1"
 _LONGEST_MM = 5000.0
 _MAY_BE_ZERO = {"thinning_mm", "centre_error_mm", "kerf_mm", "play_mm", "rod_play_mm"}
+_LONGEST_NAME = 60
 _SHARES = {"least_share"}
 _HEAD = "# A rig to build. Every key may be left out: what stands here is the default. docs/build explains it.\n"
 
@@ -59,7 +60,7 @@ def parameters_from_text(text: str, *, name: str) -> Parameters:
         if group.name not in root:
             continue
         if group.name == "name":
-            found["name"] = root.text("name", example='name = "our box"')
+            found["name"] = _name(root, "name", 'name = "our box"')
         else:
             found[group.name] = _group(root.table(group.name), getattr(default, group.name))
     root.finish()
@@ -90,10 +91,22 @@ def _group(table: Table, default: Any) -> Any:
     return dataclasses.replace(default, **found)
 
 
+def _name(table: Table, key: str, example: str) -> str:
+    """Return a name that can stand in a heading, a table and the files of a CAD program."""
+    text = table.text(key, example=example)
+    if len(text) > _LONGEST_NAME or not text.isprintable() or not text.strip() or set(text) & set("|<>`"):
+        raise table.error(
+            key,
+            f"expected a name of one line, at most {_LONGEST_NAME} letters, without | < > `, got {text[:80]!r}; "
+            f"write for example {example}.",
+        )
+    return text
+
+
 def _value(table: Table, key: str, default: Any) -> Any:
     example = f"{key} = {value_text(default)}"
     if isinstance(default, str):
-        return table.text(key, example=example)
+        return _name(table, key, example)
     if isinstance(default, int):
         return table.integer(key, example=example, minimum=1, maximum=100_000)
     if isinstance(default, tuple):

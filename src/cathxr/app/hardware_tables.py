@@ -19,7 +19,7 @@ from cathxr.hardware.layout import (
     Layout,
     bore_mm,
 )
-from cathxr.hardware.light import least_distance_mm, lit
+from cathxr.hardware.light import least_distance_mm, lit, row_ripple
 from cathxr.hardware.parameters import INLET_SIZES_FR, Parameters, RoiChoice
 from cathxr.hardware.purchase import front_strip_m, strip_m, strip_rows, supply_watt
 from cathxr.hardware.rules import check
@@ -70,7 +70,8 @@ def _size_lines(layout: Layout) -> Iterator[tuple[str, str]]:
         "LEDs",
         (
             f"{strip_rows(layout)} rows every {light.pitch_mm:g} mm on each LED plate, {strip_m(layout):.2f} m; "
-            f"{light.gap_mm:g} mm to the diffuser; front light {front_strip_m(layout):.2f} m"
+            f"{light.gap_mm:g} mm to the diffuser, where they show as stripes of {100.0 * row_ripple(layout):.1f} %; "
+            f"front light {front_strip_m(layout):.2f} m"
         ),
     )
     yield "supply", f"24 V, {supply_watt(layout):.0f} W"

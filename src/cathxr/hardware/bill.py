@@ -33,6 +33,11 @@ _TITLES = {
 }
 
 
+_ABOUT = (
+    "About: rods, screws, nuts, magnets, balls and pins from their size, the rest as makers state it for such things."
+)
+
+
 def bill_rows(layout: Layout, made: Iterable[MadePart]) -> list[tuple[str, ...]]:
     """Return the bill's rows of texts, in the order of the columns of the CSV."""
     rows: list[tuple[str, ...]] = []
@@ -41,7 +46,13 @@ def bill_rows(layout: Layout, made: Iterable[MadePart]) -> list[tuple[str, ...]]
         rows.append((_GROUPS[each.kind], each.title, str(each.quantity), "piece", f"{each.mass_g:.1f}", f"{total:.0f}",
                      each.note, each.key))  # fmt: skip
     for group, listed in (("sheet", sheet_list(layout)), ("buy", shopping_list(layout))):
-        rows += [(group, each.item, f"{each.quantity:g}", each.unit, "", "", each.specification, "") for each in listed]
+        for bought in listed:
+            one, every = (
+                ("", "")
+                if bought.mass_g is None
+                else (f"{bought.mass_g:.1f}", f"{bought.quantity * bought.mass_g:.0f}")
+            )
+            rows.append((group, bought.item, f"{bought.quantity:g}", bought.unit, one, every, bought.specification, ""))
     return rows
 
 
@@ -63,13 +74,19 @@ def bill_markdown(layout: Layout, rows: Sequence[tuple[str, ...]]) -> str:
         if not own:
             continue
         lines += [f"## {title}", ""]
-        if any(row[5] for row in own):
-            lines += ["| part | file | pieces | g each | g | note |", "|---|---|---:|---:|---:|---|"]
-            lines += [f"| {row[1]} | `{row[7]}` | {row[2]} | {row[4]} | {row[5]} | {row[6]} |" for row in own]
-            lines += ["", f"Together {sum(float(row[5]) for row in own) / 1000:.2f} kg.", ""]
-        else:
+        together = f"Together {sum(float(row[5] or 0.0) for row in own) / 1000:.2f} kg."
+        if group == "sheet":
             lines += ["| what | quantity | specification |", "|---|---:|---|"]
             lines += [f"| {row[1]} | {row[2]} {row[3]} | {row[6]} |" for row in own]
-            lines.append("")
+            lines += ["", "Their mass is that of the parts above, and the waste."]
+        elif group == "buy":
+            lines += ["| what | quantity | g each | g | specification |", "|---|---:|---:|---:|---|"]
+            lines += [f"| {row[1]} | {row[2]} {row[3]} | {row[4]} | {row[5]} | {row[6]} |" for row in own]
+            lines += ["", f"{together} {_ABOUT}"]
+        else:
+            lines += ["| part | file | pieces | g each | g | note |", "|---|---|---:|---:|---:|---|"]
+            lines += [f"| {row[1]} | `{row[7]}` | {row[2]} | {row[4]} | {row[5]} | {row[6]} |" for row in own]
+            lines += ["", together]
+        lines.append("")
     lines += [f"Not drawn in the assembly: {', '.join(NOT_DRAWN)}.", ""]
     return "\n".join(lines)

@@ -134,6 +134,11 @@ def mesh(choice: GearChoice, *, off_mm: float = 0.0) -> Mesh:
     )
 
 
+def tip_width_mm(gear: SpurGear) -> float:
+    """Return how wide a tooth is at its tip; negative: its flanks meet below."""
+    return 2.0 * gear.tip_mm * float(gear.half_tooth_rad(np.array([gear.tip_mm]))[0])
+
+
 def backlash_deg(choice: GearChoice) -> float:
     """Return the play at the catheter, degrees, at the nominal centre distance and without the spring."""
     return mesh(choice).play_deg

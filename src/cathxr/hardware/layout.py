@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from cathxr.core import FloatArray
+from cathxr.hardware.gears import gear_pair
 from cathxr.hardware.parameters import Parameters
 
 MARKER_RADIUS_MM = 3.0
@@ -27,8 +28,19 @@ HOLDER_FLANGE_MM, HOLDER_SCREW_MM = 56.0, 22.0
 """The inlet holder's flange, and from its middle to its screws, in both directions."""
 INSERT_MM = 16.0
 JIG_SIDE_MM, JIG_MAGNET_MM = 22.0, 16.0
+INSERT_FLANGE_MM = 5.0
+HOLDER_PLATE_MM = 6.0
+"""Thickness of the inlet holder's flange; an insert's and the jig's are INSERT_FLANGE_MM thick."""
 TILT_RADIUS_MM = 31.0
 """From a camera's axis to the three screws by which it is tilted."""
+ROLL_BASE_MM, RAIL_STACK_MM = 6.0, 13.0
+"""Thickness of the roll unit's base; height of an MGN12 rail with its carriage."""
+BEARING_HALF_MM = 0.5 * HUB_MM + 10.0
+"""Half the width of the walls that carry the catheter gear."""
+SMALL_HUB_MM = 15.0
+"""The encoder gear's hub."""
+BRACKET_GUSSET_MM = 34.0
+"""How far the rail's bracket is stiffened below the rail's plate."""
 
 
 @dataclass(frozen=True)
@@ -119,6 +131,22 @@ class Layout:
     def short_rod_mm(self) -> float:
         """The length of a rod along x, with nuts at both ends."""
         return 2.0 * (self.outer_mm + 10.0)
+
+    @cached_property
+    def roll_deck_mm(self) -> float:
+        """z of the roll unit's deck, below both gears and the encoder with its pivot."""
+        tips = [each.tip_mm for each in gear_pair(self.parameters.gear)]
+        return -max(max(tips) + 4.0, 0.5 * self.parameters.encoder.body_mm + 10.0)
+
+    @cached_property
+    def rail_plate_mm(self) -> float:
+        """z of the underside of the plate under the rail."""
+        return self.roll_deck_mm - ROLL_BASE_MM - RAIL_STACK_MM - self.parameters.panel.plate_mm
+
+    @cached_property
+    def bracket_screw_mm(self) -> float:
+        """z of the two screws by which the rail's bracket holds on the lower beam."""
+        return -self.inner_mm - 0.5 * self.parameters.frame.section_mm - self.rod_offset_mm - 1.0
 
     @cached_property
     def bore_mm(self) -> float:

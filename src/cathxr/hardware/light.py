@@ -1,6 +1,6 @@
 """How much of what the cameras see through the ROI lies before the lit diffuser."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -8,6 +8,8 @@ from cathxr.core import FloatArray
 from cathxr.hardware.layout import INLET_SIDE_MM, Layout
 
 _GRID = 40
+MOST_RIPPLE = 0.05
+"""How much of the diffuser's light may come and go from row to row of LEDs."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,34 @@ def least_distance_mm(layout: Layout) -> float:
     """Return the camera distance from which every ray through the ROI ends on the diffuser; inf: none does."""
     half, inner, ledge = layout.half_mm, layout.inner_mm, layout.ledge_mm
     return half * (ledge + inner) / (inner - half) if inner > half else float("inf")
+
+
+def advised_distance_mm(layout: Layout) -> float:
+    """Return the nearest camera distance, to 10 mm, at which enough rays end on the diffuser; inf: none up to 1 m does.
+
+    Farther away the inlet block hides less too.
+    """
+    parameters = layout.parameters
+    distance = least_distance_mm(layout)
+    while distance < 1000.0:
+        there = Layout(replace(parameters, camera=replace(parameters.camera, distance_mm=distance)))
+        if lit(there).of_places >= parameters.light.least_share:
+            return distance
+        distance += 10.0
+    return float("inf")
+
+
+def row_ripple(layout: Layout) -> float:
+    """Return how much the light on the diffuser varies from LED row to LED row: (most - least) / (most + least).
+
+    A row is a line of Lambertian light: at a distance x aside and gap g behind, it gives g^2 / (g^2 + x^2)^1.5.
+    """
+    light = layout.parameters.light
+    rows = light.pitch_mm * np.arange(-60, 61)
+    places = np.linspace(0.0, 0.5 * light.pitch_mm, 21)
+    gap = light.gap_mm
+    given = (gap**2 / (gap**2 + (places[:, None] - rows) ** 2) ** 1.5).sum(axis=1)
+    return float((given.max() - given.min()) / (given.max() + given.min()))
 
 
 def _shares(layout: Layout, places: FloatArray) -> tuple[float, float]:

@@ -101,7 +101,6 @@ class PrinterChoice:
 
     bed_mm: tuple[float, float, float] = (250.0, 210.0, 220.0)
     least_wall_mm: float = 1.2
-    play_mm: float = 0.2
 
 
 @dataclass(frozen=True)

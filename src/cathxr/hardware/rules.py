@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cathxr.core import ConfigError
+from cathxr.hardware.fits import fit_refusals
 from cathxr.hardware.gears import SpurGear, centre_mm, degrees_per_count, gear_pair, mesh
 from cathxr.hardware.layout import (
     ARM_THICK_MM,
@@ -16,7 +17,8 @@ from cathxr.hardware.layout import (
     PANEL_REST_MM,
     Layout,
 )
-from cathxr.hardware.light import Lit, least_distance_mm, lit
+from cathxr.hardware.light import Lit, advised_distance_mm, lit
+from cathxr.hardware.limits import limit_refusals
 from cathxr.hardware.parameters import INLET_SIZES_FR, Parameters
 
 MARGIN_PX = 12.0
@@ -76,8 +78,10 @@ def check(parameters: Parameters) -> Figures:
     Raises:
         ConfigError: it cannot be built, or would not do what it is for; the sentence says why and what to change.
     """
+    for sentence in limit_refusals(parameters):
+        raise ConfigError(sentence)
     layout = Layout(parameters)
-    for rules in (_frame, _printing, _roll):
+    for rules in (_frame, _printing, _roll, fit_refusals):
         for sentence in rules(layout):
             raise ConfigError(sentence)
     found = figures(layout)
@@ -195,11 +199,12 @@ def _optics(layout: Layout, found: Figures) -> Iterator[str]:
             f"a lens of at most {camera.focal_mm * size / needed:.2f} mm or stand farther away."
         )
     if found.lit.of_places < parameters.light.least_share:
-        least = least_distance_mm(layout)
+        least = advised_distance_mm(layout)
+        away = f"take the cameras to about {least:.0f} mm, " if np.isfinite(least) else ""
         yield (
             f"light: only {100 * found.lit.of_places:.1f} % of the view rays through the ROI end on the lit diffuser, "
-            f"and {100 * parameters.light.least_share:g} % must; take the cameras to about {least:.0f} mm, make the "
-            "inlet longer, which makes the frame larger, or take a smaller ROI."
+            f"and {100 * parameters.light.least_share:g} % must; {away}make the inlet longer, which "
+            "makes the frame larger, or take a smaller ROI."
         )
     if found.catheter_px < _LEAST_WIDTH_PX:
         yield (

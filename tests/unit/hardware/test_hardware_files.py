@@ -41,6 +41,8 @@ def test_parameters_come_back_from_their_file() -> None:
         ('schema = "cathxr-hardware/1"\n[roi]\nside_mm = -1.0', "roi.side_mm: expected a number greater than 0"),
         ('schema = "cathxr-hardware/1"\n[roi]\nside_mm = nan', "roi.side_mm: expected a number"),
         ('schema = "cathxr-hardware/1"\n[gear]\nencoder_teeth = 24.5', "gear.encoder_teeth: expected a whole number"),
+        ('schema = "cathxr-hardware/1"\nname = "a\\nb"', "name: expected a name of one line"),
+        ('schema = "cathxr-hardware/1"\n[catheter]\nname = "<9F>"', "catheter.name: expected a name of one line"),
         ('schema = "cathxr-hardware/1"\n[printer]\nbed_mm = [250.0, 0.0, 1.0]', "printer.bed_mm: expected positive"),
     ],
 )
@@ -145,3 +147,5 @@ def test_the_bill_lists_what_is_made_cut_and_bought(default: Layout) -> None:
     for wanted in ("| Beam | `beam` | 12 |", "global shutter", "Threaded rod M6", "4.7 kOhm", "neodymium", "MGN12"):
         assert wanted in text
     assert bill_csv(rows).count("\n") == len(rows) + 1
+    weightless = {row[1] for row in rows if row[0] == "buy" and not row[5]}
+    assert weightless == {"Glue"}

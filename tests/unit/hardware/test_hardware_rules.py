@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -9,10 +9,12 @@ from cathxr.hardware import layout as drawn
 from cathxr.hardware.examples import refused_examples
 from cathxr.hardware.holes import nominal_phantom
 from cathxr.hardware.layout import Layout
-from cathxr.hardware.light import least_distance_mm, lit
+from cathxr.hardware.light import advised_distance_mm, least_distance_mm, lit, row_ripple
+from cathxr.hardware.limits import LIMITS
 from cathxr.hardware.nominal import nominal_rig
 from cathxr.hardware.parameters import CatheterChoice, Parameters, RoiChoice
 from cathxr.hardware.rules import check
+from cathxr.hardware.screws import joints
 from cathxr.storage.phantom_file import phantom_from_text
 from cathxr.storage.phantom_text import phantom_to_text
 from cathxr.storage.rig_file import example_rig, rig_from_text, rig_to_text
@@ -44,6 +46,18 @@ def test_the_three_rigs_can_be_built(good: Layout) -> None:
         ({"frame": {"section_mm": 16.0}}, "make the beams at least"),
         ({"catheter": {"french": 20}}, "an inlet of 20F is not made"),
         ({"magnet": {"diameter_mm": 12.0}}, "do not hold magnets"),
+        ({"magnet": {"height_mm": 5.0}}, "through the inlet's flange"),
+        ({"camera": {"board_mm": 45.0}}, "touches the carrier's three screws"),
+        ({"camera": {"lens_mm": 30.0, "board_hole_mm": 28.0}}, "no room for the board's stand-offs"),
+        ({"camera": {"distance_mm": 900.0, "focal_mm": 12.0, "f_number": 16.0}}, "sold up to 1000 mm"),
+        ({"light": {"pitch_mm": 40.0}}, "show as stripes of"),
+        ({"gear": {"thinning_mm": 0.5}}, "wide at their tips"),
+        ({"gear": {"catheter_teeth": 30, "encoder_teeth": 60}}, "beside its hub the T mark needs"),
+        ({"gear": {"catheter_teeth": 200, "encoder_teeth": 100}}, "need a base of"),
+        ({"gear": {"module_mm": 2.0, "catheter_teeth": 52}}, "too near to the lower beam"),
+        ({"encoder": {"boss_mm": 30.0}}, "do not lie within each other"),
+        ({"encoder": {"pulses": 40}}, "0.5 or finer"),
+        ({"encoder": {"pulses": 5000}}, "the board counts"),
     ],
 )
 def test_what_cannot_be_built_is_refused_with_the_reason(changes: dict[str, dict[str, object]], reason: str) -> None:
@@ -54,10 +68,47 @@ def test_what_cannot_be_built_is_refused_with_the_reason(changes: dict[str, dict
         check(parameters)
 
 
+def test_every_number_has_limits_and_beyond_them_it_is_refused_by_its_name() -> None:
+    parameters = Parameters()
+    numbers = {
+        f"{group.name}.{each.name}"
+        for group in fields(parameters)
+        if group.name != "name"
+        for each in fields(getattr(parameters, group.name))
+    }
+    assert numbers - set(LIMITS) == {"catheter.name", "catheter.french"}, "French has its own list"
+    assert set(LIMITS) <= numbers
+    for key, (least, most, _) in LIMITS.items():
+        group, name = key.split(".")
+        values = getattr(parameters, group)
+        for beyond in (least - 0.5 * abs(least) - 1e-3, 2.0 * most, 1e300):
+            value = (beyond, 210.0, 220.0) if isinstance(getattr(values, name), tuple) else beyond
+            with pytest.raises(ConfigError, match=f"^{key}: "):
+                check(replace(parameters, **{group: replace(values, **{name: value})}))
+
+
+def test_screws_hold_and_do_not_go_too_deep(good: Layout) -> None:
+    for joint in joints(good).values():
+        assert joint.length_mm >= joint.least_mm
+        assert joint.length_mm - joint.grip_mm <= joint.most_mm, joint.key
+
+
+def test_rows_of_leds_farther_than_their_gap_show_as_stripes(default: Layout) -> None:
+    # Far behind the diffuser many rows add up evenly; right behind it only one is seen.
+    assert row_ripple(default) < 0.01
+    near = Layout(replace(default.parameters, light=replace(default.parameters.light, gap_mm=2.0)))
+    assert row_ripple(near) > 0.9
+
+
 def test_a_refusals_advice_helps() -> None:
     near = replace(Parameters(), camera=replace(Parameters().camera, distance_mm=260.0))
     advice = least_distance_mm(Layout(near))
     assert lit(Layout(replace(near, camera=replace(near.camera, distance_mm=advice)))).without_inlet == 1.0
+    # A short inlet hides more than a hundredth of a small ROI: only from farther away it does not.
+    short = replace(near, roi=RoiChoice(90.0), frame=replace(near.frame, inlet_length_mm=30.0))
+    advice = advised_distance_mm(Layout(short))
+    assert advice > least_distance_mm(Layout(short))
+    assert lit(Layout(replace(short, camera=replace(short.camera, distance_mm=advice)))).of_places >= 0.99
 
 
 def test_a_ray_to_a_corner_ends_at_the_diffusers_edge_at_the_least_distance(default: Layout) -> None:

@@ -11,6 +11,7 @@ from cathxr.hardware.cad.frame import frame_places, sheet_parts
 from cathxr.hardware.cad.inlet import inlet_parts, inlet_places
 from cathxr.hardware.cad.part import ALWAYS, BOUGHT, CUT, PRINTED, SOFT, Part, Place
 from cathxr.hardware.cad.phantom import phantom_place
+from cathxr.hardware.cad.roll_fittings import roll_fittings
 from cathxr.hardware.cad.roll_unit import roll_places
 from cathxr.hardware.layout import Layout
 
@@ -54,6 +55,7 @@ def rig_3d(layout: Layout) -> Rig3d:
         *cross_places(layout),
         phantom_place(layout),
         *roll_places(layout, sheets["rail_plate"]),
+        *roll_fittings(layout),
     )
     there = {each.part.key for each in places}
     return Rig3d(layout, places, tuple(each for each in inlets if each.key not in there))

@@ -2,13 +2,18 @@
 
 from collections.abc import Iterator
 
+import numpy as np
+
+from cathxr.core import FloatArray
 from cathxr.hardware.cad.frame import GREY, face_columns
 from cathxr.hardware.cad.part import BOUGHT, PRINTED, Part, Place
+from cathxr.hardware.cad.screws import pressed_spring, screw_places
 from cathxr.hardware.cad.shapes import Solid, block, cut, joined, rod
-from cathxr.hardware.layout import CARRIER_MM, STANDOFF_MM, TILT_RADIUS_MM, Layout
+from cathxr.hardware.layout import CARRIER_MM, PANEL_REST_MM, STANDOFF_MM, TILT_RADIUS_MM, Layout
 from cathxr.hardware.panels import tilt_places
+from cathxr.hardware.screws import joints
 
-_PILOT_MM = 1.8
+_PILOT_MM, _BOARD_MM = 1.8, 1.6
 
 
 def camera_places(layout: Layout) -> Iterator[Place]:
@@ -23,6 +28,24 @@ def camera_places(layout: Layout) -> Iterator[Place]:
         origin = layout.centre + layout.parameters.camera.distance_mm * columns[:, 2]
         yield Place(carrier, origin, columns, group="camera")
         yield Place(camera, origin, columns, group="camera")
+        yield from _held(layout, origin, columns)
+
+
+def _held(layout: Layout, origin: FloatArray, columns: FloatArray) -> Iterator[Place]:
+    """Yield the springs and screws by which a carrier hangs and is tilted, and the screws of its camera board."""
+    found, board = joints(layout), layout.parameters.camera.lens_ahead_mm
+    back, plate = board - STANDOFF_MM, board - PANEL_REST_MM
+    spring = pressed_spring("tilt_spring", "Pressure spring", back - CARRIER_MM - plate, 5.0, 0.6)
+
+    def placed(local: list[tuple[float, float, float]]) -> FloatArray:
+        return np.asarray(origin + np.array(local) @ columns.T)
+
+    for place in placed([(u, v, plate) for u, v in tilt_places().tolist()]):
+        yield Place(spring, place, columns, group="camera")
+    heads = placed([(u, v, back) for u, v in tilt_places().tolist()])
+    yield from screw_places(found["tilt"], heads, -columns[:, 2], group="camera")
+    heads = placed([(u, v, board + _BOARD_MM) for u, v in _corners(layout)])
+    yield from screw_places(found["board"], heads, -columns[:, 2], group="camera")
 
 
 def _corners(layout: Layout) -> list[tuple[float, float]]:
@@ -54,7 +77,7 @@ def _camera(layout: Layout) -> Solid:
     camera = layout.parameters.camera
     half, board = 0.5 * camera.board_mm, camera.lens_ahead_mm
     plate = cut(
-        block((-half, -half, board), (half, half, board + 1.6)),
+        block((-half, -half, board), (half, half, board + _BOARD_MM)),
         [rod((u, v, board - 1.0), "z", 4.0, 2.4) for u, v in _corners(layout)],
     )
     return joined(plate, rod((0.0, 0.0, -4.0), "z", board + 4.0, camera.lens_mm))

@@ -9,6 +9,7 @@ import numpy as np
 from cathxr.core import FloatArray
 from cathxr.hardware.cad.assembly import Rig3d
 from cathxr.hardware.cad.part import ALWAYS, BOUGHT, CALIBRATION, SOFT, Part, Place
+from cathxr.hardware.cad.screws import columns_along
 from cathxr.hardware.cad.shapes import Solid, bounds
 from cathxr.hardware.layout import MARKER_RADIUS_MM, Layout
 from cathxr.hardware.meshes import TriangleMesh, first_hits, wall_mm
@@ -111,12 +112,12 @@ def sight_problems(rig: Rig3d, meshes: dict[str, TriangleMesh]) -> Iterator[Prob
         for side, balls in layout.marker_places.items():
             for index, centre in enumerate(balls):
                 targets = _ball_front(centre, eye)
-                met, _ = first_hits(np.broadcast_to(eye, targets.shape), targets - eye, crosses)
+                met, _ = _first_seen(eye, targets, crosses)
                 if hidden := int((met < 1.0 - 1e-4).sum()):
                     share = 100.0 * hidden / len(targets)
                     yield Problem(f"{name} camera", f"ball {index + 1} of the {side} cross is hidden by {share:.0f} %")
         places = layout.centre + layout.half_mm * np.random.default_rng(0).uniform(-1.0, 1.0, (600, 3))
-        met, which = first_hits(np.broadcast_to(eye, places.shape), places - eye, whole)
+        met, which = _first_seen(eye, places, whole)
         if hidden := int((met < 1.0).sum()):
             yield Problem(f"{name} camera", f"{hidden} of 600 places in the ROI are hidden")
         on_light = np.array([keys[index] == "diffuser" for index in which])
@@ -124,6 +125,23 @@ def sight_problems(rig: Rig3d, meshes: dict[str, TriangleMesh]) -> Iterator[Prob
         # 600 rays tell a share to about half a per cent.
         if on_light.mean() < least - 0.008:
             yield Problem(f"{name} camera", f"{100 * on_light.mean():.1f} % of the rays end on the diffuser")
+
+
+def _first_seen(eye: FloatArray, targets: FloatArray, triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return what `first_hits` does for rays from one eye to targets (N, 3); what lies beside them is left out."""
+    rays = targets - eye
+    z = rays.mean(axis=0) / np.linalg.norm(rays.mean(axis=0))
+    axes = columns_along(z)
+    seen, corners = rays @ axes, (triangles - eye) @ axes
+    slopes = seen[:, :2] / seen[:, 2:]
+    low, high = slopes.min(axis=0) - 1e-6, slopes.max(axis=0) + 1e-6
+    depth = corners[:, :, 2:]
+    # A triangle that reaches behind the eye is kept whatever its corners say.
+    behind = corners[:, :, 2].min(axis=1) <= 1e-6
+    across = corners[..., :2] / np.maximum(depth, 1e-6)
+    kept = np.flatnonzero(behind | ((across.min(axis=1) <= high) & (across.max(axis=1) >= low)).all(axis=1))
+    met, which = first_hits(np.broadcast_to(eye, rays.shape), rays, triangles[kept])
+    return met, np.where(which >= 0, kept[which] if len(kept) else which, -1)
 
 
 def _is_seen_through(place: Place) -> bool:

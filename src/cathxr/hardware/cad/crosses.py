@@ -8,6 +8,7 @@ import numpy as np
 from cathxr.core import FloatArray
 from cathxr.hardware.cad.frame import BLACK, GREY, STEEL
 from cathxr.hardware.cad.part import BOUGHT, CALIBRATION, PRINTED, Part, Place
+from cathxr.hardware.cad.screws import screw_places
 from cathxr.hardware.cad.shapes import Solid, ball, block, cut, joined, prism, rod
 from cathxr.hardware.layout import (
     ARM_BEYOND_MM,
@@ -19,9 +20,12 @@ from cathxr.hardware.layout import (
     NOTCH_MM,
     Layout,
 )
+from cathxr.hardware.screws import joints
 
 _HUB_MM = 44.0
 _PIN_MM = 1.5
+_SCREWS_MM = (13.0, 20.0)
+"""From an arm's end to the screws of its leg."""
 _SLOT_PLAY_MM = 0.2
 _PAINTS = {"red": (0.85, 0.1, 0.1), "green": (0.12, 0.7, 0.18), "blue": (0.08, 0.28, 0.85), "yellow": (0.9, 0.85, 0.08)}
 _LEG_OVERLAP_MM = 26.0
@@ -42,6 +46,7 @@ def cross_places(layout: Layout) -> Iterator[Place]:
                      ball((0.0, 0.0, 0.0), MARKER_RADIUS_MM), _PAINTS[colour])
         for colour in COLOURS
     }  # fmt: skip
+    held = joints(layout)["leg"]
     for name, axes in _AXES.items():
         core = Part(f"cross_{name}", f"Cross of the {name} camera", PRINTED, _core(layout, name), GREY)
         yield Place(core, layout.centre, axes, setup=CALIBRATION, group="cross")
@@ -49,7 +54,11 @@ def cross_places(layout: Layout) -> Iterator[Place]:
             yield Place(balls[colour], place, axes, setup=CALIBRATION, group="cross")
             yield Place(pin, place, axes, setup=CALIBRATION, group="cross")
         for angle in (45.0, 135.0, 225.0, 315.0):
-            yield Place(leg, layout.centre, axes @ _about_n(angle), setup=CALIBRATION, group="cross")
+            own = axes @ _about_n(angle)
+            yield Place(leg, layout.centre, own, setup=CALIBRATION, group="cross")
+            heads = [(layout.arm_reach_mm - back, 0.0, -_BACK - ARM_THICK_MM) for back in _SCREWS_MM]
+            heads_box = layout.centre + np.array(heads) @ own.T
+            yield from screw_places(held, heads_box, own[:, 2], setup=CALIBRATION, group="cross")
 
 
 def _about_n(angle_deg: float) -> FloatArray:
@@ -68,7 +77,7 @@ def _core(layout: Layout, name: str) -> Solid:
     for angle in (45.0, 135.0, 225.0, 315.0):
         turn = b.Rot(0.0, 0.0, angle)
         tools.append(turn * rod((reach - ARM_BEYOND_MM, 0.0, -_BACK - 1.0), "z", ARM_THICK_MM + 2.0, _PIN_MM))
-        for back in (13.0, 20.0):
+        for back in _SCREWS_MM:
             tools.append(turn * rod((reach - back, 0.0, -_BACK - 1.0), "z", ARM_THICK_MM + 2.0, 2.6))
     # The other cross's arms lie behind its balls too: at q = +5 to +8 for the top one, -8 to -5 for the front one.
     sign, side = (1.0, -1.0) if name == "top" else (-1.0, 1.0)

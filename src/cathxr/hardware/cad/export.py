@@ -1,6 +1,6 @@
 """Every file of a rig's solids: print, STEP, laser, assembly. Writes into a folder that the caller moves into place."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import build123d as b
@@ -8,7 +8,7 @@ import build123d as b
 from cathxr.hardware.bill import MadePart
 from cathxr.hardware.cad.assembly import Rig3d
 from cathxr.hardware.cad.checks import Progress, mesh_of
-from cathxr.hardware.cad.part import BOUGHT, CUT, PHANTOM, PRINTED, SOFT
+from cathxr.hardware.cad.part import BOUGHT, CUT, JIG, PHANTOM, PRINTED, SOFT, Place
 from cathxr.hardware.cutting import dxf_text, svg_text
 from cathxr.hardware.meshes import TriangleMesh
 from cathxr.hardware.meshfiles import Node, glb_bytes, printable, stl_bytes, threemf_bytes
@@ -19,7 +19,7 @@ _FINE_MM, _COARSE_MM = 0.02, 0.1
 
 
 def export_rig(rig: Rig3d, folder: Path, *, report: Progress) -> None:
-    """Write print/ (STL, 3MF), step/, cut/ (DXF, SVG), assembly.step and assembly.glb into an existing folder.
+    """Write print/ (STL, 3MF), step/, cut/ (DXF, SVG, STL, 3MF), assembly.step and assembly.glb into a folder.
 
     Raises:
         OSError: it cannot be written.
@@ -34,16 +34,18 @@ def export_rig(rig: Rig3d, folder: Path, *, report: Progress) -> None:
         if part.kind == BOUGHT:
             continue
         _write_step(part.solid, folder / "step" / f"{key}.step", part.title)
-        if key in made:
-            mesh = printable(mesh_of(part.solid, tolerance_mm=_FINE_MM), part.print_up)
-            (folder / "print" / f"{key}.stl").write_bytes(stl_bytes(mesh, part.title))
-            (folder / "print" / f"{key}.3mf").write_bytes(threemf_bytes(mesh, part.title))
+        place = folder / ("print" if key in made else "cut") / key
+        mesh = printable(mesh_of(part.solid, tolerance_mm=_FINE_MM), part.print_up)
+        place.with_name(f"{key}.stl").write_bytes(stl_bytes(mesh, part.title))
+        place.with_name(f"{key}.3mf").write_bytes(threemf_bytes(mesh, part.title))
     for panel in panels(rig.layout):
         kerf = rig.layout.parameters.panel.kerf_mm
         (folder / "cut" / f"{panel.key}.dxf").write_text(dxf_text(panel, kerf), encoding="ascii", newline="\n")
         (folder / "cut" / f"{panel.key}.svg").write_text(svg_text(panel, kerf), encoding="utf-8", newline="\n")
     report("Writing the assembly", 0.8)
-    _write_step(_assembly(rig), folder / "assembly.step", rig.layout.parameters.name)
+    # Both crosses are in; phantom and jig are not, as they take the same room.
+    places = [each for each in rig.places if each.setup not in (PHANTOM, JIG)]
+    write_assembly(places, folder / "assembly.step", rig.layout.parameters.name)
     nodes = [
         Node(f"{each.part.key}.{index}", each.part.key, each.columns, each.origin, each.setup or each.group)
         for index, each in enumerate(rig.places)
@@ -65,17 +67,19 @@ def made_parts(rig: Rig3d) -> list[MadePart]:
     ]  # fmt: skip
 
 
-def _assembly(rig: Rig3d) -> b.Compound:
-    """Return the rig with both crosses in, without phantom and jig, which take the same room as they."""
+def write_assembly(places: Iterable[Place], path: Path, name: str) -> None:
+    """Write placed parts as one STEP, with their names and colours.
+
+    Raises:
+        OSError: it cannot be written.
+    """
     children = []
-    for each in rig.places:
-        if each.setup in (PHANTOM, "jig"):
-            continue
+    for each in places:
         solid = each.solid()
         solid.label = each.part.key
         solid.color = b.Color(*each.part.colour)
         children.append(solid)
-    return b.Compound(label=rig.layout.parameters.name, children=children)
+    _write_step(b.Compound(label=name, children=children), path, name)
 
 
 def _write_step(solid: b.Shape, path: Path, title: str) -> None:

@@ -7,11 +7,10 @@ import numpy as np
 from cathxr.hardware.cad.frame import STEEL, face_columns
 from cathxr.hardware.cad.part import BOUGHT, Part, Place
 from cathxr.hardware.cad.shapes import block, cut, prism, rod
+from cathxr.hardware.fits import STRIP_ASIDE_MM, STRIP_HIGH_MM, STRIP_WIDE_MM
 from cathxr.hardware.layout import Layout
 from cathxr.hardware.purchase import strip_rows
 
-_STRIP_MM = (10.0, 2.2)
-"""Width and height of an LED strip."""
 _YELLOW = (0.98, 0.9, 0.45)
 
 
@@ -19,6 +18,7 @@ def fitting_places(layout: Layout) -> Iterator[Place]:
     """Yield every nut of the frame's rods, and every row of LEDs."""
     yield from _nuts(layout)
     yield from _strips(layout)
+    yield from _front_strips(layout)
 
 
 def _nuts(layout: Layout) -> Iterator[Place]:
@@ -41,7 +41,7 @@ def _nuts(layout: Layout) -> Iterator[Place]:
 
 
 def _strips(layout: Layout) -> Iterator[Place]:
-    wide, high = _STRIP_MM
+    wide, high = STRIP_WIDE_MM, STRIP_HIGH_MM
     half, pitch = layout.inner_mm, layout.parameters.light.pitch_mm
     rows = strip_rows(layout)
     strip = Part(
@@ -53,3 +53,17 @@ def _strips(layout: Layout) -> Iterator[Place]:
             aside = (row - 0.5 * (rows - 1)) * pitch * columns[:, 1]
             origin = layout.centre + aside + (layout.led_mm - high) * columns[:, 2]
             yield Place(strip, origin, columns, group="light")
+
+
+def _front_strips(layout: Layout) -> Iterator[Place]:
+    """Yield the strips of the front light: around the masks' windows, on their inner faces."""
+    half = layout.window_half_mm
+    low = half + STRIP_ASIDE_MM
+    solid = block((-half, low, -STRIP_HIGH_MM), (half, low + STRIP_WIDE_MM, 0.0))
+    strip = Part("front_strip", "Row of LEDs, front light", BOUGHT, solid, _YELLOW)
+    for axis, sign in (("z", 1.0), ("y", -1.0)):
+        columns = face_columns(axis, sign)
+        for turn in range(4):
+            cosine, sine = np.cos(0.5 * np.pi * turn), np.sin(0.5 * np.pi * turn)
+            about = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+            yield Place(strip, layout.centre + layout.ledge_mm * columns[:, 2], columns @ about, group="front_light")

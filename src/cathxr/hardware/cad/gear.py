@@ -7,12 +7,13 @@ from cathxr.hardware.cad.frame import WHITE
 from cathxr.hardware.cad.part import PRINTED, SOFT, Part
 from cathxr.hardware.cad.shapes import Solid, block, cone, cut, joined, mark, prism, rod
 from cathxr.hardware.gears import SpurGear, gear_pair
-from cathxr.hardware.layout import HUB_MM, Layout
+from cathxr.hardware.layout import HUB_MM, SMALL_HUB_MM, Layout
 
 HUB_HALF_MM = 22.0
 """From the catheter gear's middle to its hub's ends."""
 SOCKET_MM, SOCKET_OUT_MM, SOCKET_IN_MM = 14.0, 20.0, 15.0
-SMALL_HUB_MM, SMALL_HUB_LONG_MM = 15.0, 13.0
+SMALL_HUB_LONG_MM = 18.0
+"""From the teeth's middle to the hub's end, short of the encoder's boss."""
 _SHAFT_FLAT_MM = 0.5
 
 
@@ -75,7 +76,7 @@ def _lock(layout: Layout) -> Solid:
 def _encoder_gear(layout: Layout, gear: SpurGear) -> Solid:
     face, shaft = layout.parameters.gear.face_mm, layout.parameters.encoder.shaft_mm
     turned = b.Rot(0.5 * float(np.rad2deg(gear.tooth_rad)), 0.0, 0.0) * _toothed(gear, face)
-    long = SMALL_HUB_LONG_MM + 0.5 * face
+    long = SMALL_HUB_LONG_MM
     body = joined(turned, rod((-long, 0.0, 0.0), "x", long, SMALL_HUB_MM))
     hole = cut(
         rod((-long - 1.0, 0.0, 0.0), "x", long + face, shaft + 0.15),

@@ -7,11 +7,14 @@ import numpy as np
 
 from cathxr.hardware.cad.frame import BLACK, GREY, WHITE
 from cathxr.hardware.cad.part import ALWAYS, JIG, PRINTED, Part, Place
+from cathxr.hardware.cad.screws import screw_places
 from cathxr.hardware.cad.shapes import Solid, block, cone, cut, joined, mark, rod
 from cathxr.hardware.layout import (
     HOLDER_FLANGE_MM,
+    HOLDER_PLATE_MM,
     HOLDER_SCREW_MM,
     INLET_SIDE_MM,
+    INSERT_FLANGE_MM,
     INSERT_MM,
     JIG_MAGNET_MM,
     JIG_SIDE_MM,
@@ -19,8 +22,8 @@ from cathxr.hardware.layout import (
     bore_mm,
 )
 from cathxr.hardware.parameters import INLET_SIZES_FR
+from cathxr.hardware.screws import joints
 
-_FLANGE_MM, _INSERT_FLANGE_MM = 6.0, 5.0
 _LEAD_MM = 6.0
 
 
@@ -29,6 +32,9 @@ def inlet_places(layout: Layout, parts: Iterable[Part]) -> Iterator[Place]:
     for part in parts:
         if part.key in ("inlet_holder", f"inlet_{layout.parameters.catheter.french}F"):
             yield Place(part, setup=ALWAYS, group="inlet")
+    flange = _outside(layout) - HOLDER_PLATE_MM
+    heads = [(flange, y, z) for y in (-HOLDER_SCREW_MM, HOLDER_SCREW_MM) for z in (-HOLDER_SCREW_MM, HOLDER_SCREW_MM)]
+    yield from screw_places(joints(layout)["holder"], heads, (1.0, 0.0, 0.0), group="inlet")
     yield Place(Part("jig", "Transducer jig", PRINTED, _jig(layout), GREY, (-1.0, 0.0, 0.0)), setup=JIG, group="jig")
 
 
@@ -64,25 +70,28 @@ def _holder(layout: Layout) -> Solid:
     half, flange = 0.5 * INLET_SIDE_MM, 0.5 * HOLDER_FLANGE_MM
     body = joined(
         block((back, -half, -half), (0.0, half, half)),
-        block((back - _FLANGE_MM, -flange, -flange), (back, flange, flange)),
+        block((back - HOLDER_PLATE_MM, -flange, -flange), (back, flange, flange)),
     )
     depth = layout.parameters.magnet.height_mm + 0.1
-    tools = [rod((back - _FLANGE_MM - 1.0, 0.0, 0.0), "x", -back + _FLANGE_MM + 2.0, INSERT_MM + 0.3)]
-    tools += _magnets(layout, back - _FLANGE_MM - 1.0, depth + 1.0)
+    tools = [rod((back - HOLDER_PLATE_MM - 1.0, 0.0, 0.0), "x", -back + HOLDER_PLATE_MM + 2.0, INSERT_MM + 0.3)]
+    tools += _magnets(layout, back - HOLDER_PLATE_MM - 1.0, depth + 1.0)
     for y in (-HOLDER_SCREW_MM, HOLDER_SCREW_MM):
-        tools += [rod((back - _FLANGE_MM - 1.0, y, z), "x", _FLANGE_MM + 2.0, 3.4) for z in (-22.0, 22.0)]
+        tools += [
+            rod((back - HOLDER_PLATE_MM - 1.0, y, z), "x", HOLDER_PLATE_MM + 2.0, 3.4)
+            for z in (-HOLDER_SCREW_MM, HOLDER_SCREW_MM)
+        ]
     return cut(body, tools)
 
 
 def _insert(layout: Layout, french: int) -> Solid:
-    back = _outside(layout) - _FLANGE_MM
+    back = _outside(layout) - HOLDER_PLATE_MM
     bore = bore_mm(french)
     reach = _magnet_radius(layout) + 0.5 * layout.parameters.magnet.diameter_mm + 1.5
     body = joined(
         rod((back, 0.0, 0.0), "x", -back, INSERT_MM),
-        rod((back - _INSERT_FLANGE_MM, 0.0, 0.0), "x", _INSERT_FLANGE_MM, 2.0 * reach),
+        rod((back - INSERT_FLANGE_MM, 0.0, 0.0), "x", INSERT_FLANGE_MM, 2.0 * reach),
     )
-    outer = back - _INSERT_FLANGE_MM
+    outer = back - INSERT_FLANGE_MM
     depth = layout.parameters.magnet.height_mm + 0.1
     text = b.Pos(outer, 0.0, 0.0) * b.Rot(0.0, -90.0, 0.0) * b.Rot(0.0, 0.0, -90.0)
     engraved = text * (b.Pos(0.0, 0.5 * bore + 6.0, 0.0) * mark(f"{french}F", 4.0, 0.6, width=0.8))

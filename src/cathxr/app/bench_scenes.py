@@ -77,6 +77,8 @@ class Sequence:
         if size_px is not None:
             rig = replace(rig, cameras={each: resized(camera, size_px) for each, camera in rig.cameras.items()})
         self.settings = replace(scene(self.category.scene), **(changes or {}))
+        readout_s = 1e-3 * self.settings.readout_ms  # as a camera's data sheet says it
+        rig = replace(rig, timing=replace(rig.timing, top_readout_s=readout_s, front_readout_s=readout_s))
         self.world = TwinWorld(rig, seed=seed, settings=self.settings)
         self.renderers = {each: CameraRenderer(self.world, each) for each in CAMERAS}
         self._rng = np.random.default_rng([seed, 0xF1D])

@@ -17,7 +17,7 @@ case "$*" in
   "run build") [ ! -f broken ] || { echo "src/main.ts: it is broken"; exit 3; }
     out=../src/cathxr/web_client
     mkdir -p $out && cp main.ts $out/index.html && cp main.ts $out/calibrate.html && cp main.ts $out/heart.html \
-      && cp main.ts $out/diag.html ;;
+      && cp main.ts $out/diag.html && cp main.ts $out/setup.html ;;
 esac
 """
 

@@ -70,6 +70,8 @@ export class SeedsPage {
   private ending: Ending | null = null;
   private sliceKey = "";
   private focused: PlaneName = "axial";
+  /** The seed that is being placed: a key that deletes it waits until it is there. */
+  private placing: Promise<void> = Promise.resolve();
   private hover: { view: SliceView; seen: Vector3 } | null = null;
 
   constructor(private readonly errors: { readonly count: number }) {
@@ -95,7 +97,7 @@ export class SeedsPage {
     for (const name of PLANES) {
       byId("slices").append(this.views[name].element);
       new SliceInput(this.views[name], this.model, {
-        onClick: (seen, add) => this.place(seen, add),
+        onClick: (seen, add) => (this.placing = this.place(seen, add)),
         onHover: (on, seen) => this.takeHover(on, seen),
         onFocus: (on) => (this.focused = on.name),
       });
@@ -289,8 +291,8 @@ export class SeedsPage {
       case "choose": return this.operating ? this.choose(model.seedable()[asked.number - 1]?.key ?? null) : undefined;
       case "zoom": return asked.by === 0 ? view.whole() : view.zoomBy(ZOOM_STEP ** asked.by);
       case "look": return this.choose(null);
-      case "place": case "add": return void this.place(model.cursor, asked.act === "add");
-      case "remove": return this.remove(model.selected === null ? null : model.seed(model.selected));
+      case "place": case "add": this.placing = this.place(model.cursor, asked.act === "add"); return;
+      case "remove": return void this.placing.then(() => this.remove(model.selected === null ? null : model.seed(model.selected)));
       case "undo": case "redo": return void (this.operating && this.ask(`seeds_${asked.act}`));
       case "save": return this.actions.press("seeds_save");
       case "heart": return this.showHeart();

@@ -14,6 +14,8 @@ def main() -> None:
     rig = example_rig()
     for method in ("model", "paper"):
         warm_up(method=method)
+    for name in ("white", "rolling_shutter", "curl"):
+        warm_up(method="model", scene_name=name)
     for name in ("debris", "rolling_shutter", "pillars"):
         world = TwinWorld(rig, settings=scene(name))
         picture = CameraRenderer(world, "top").picture(0)

@@ -77,7 +77,7 @@ def test_every_optional_key_is_read():
         .replace("zero_count = 0", "zero_count = 0\nbacklash_deg = 0.4\ntorsion_deg_per_mm = 0.01\n"
                  "torsion_deg_per_quarter_bend = 2.0\nstd = { backlash_deg = 0.1 }")
         + "[timing]\ntop_latency_s = 0.012\nfront_latency_s = 0.013\n"
-        "encoder_latency_s = 0.001\nfront_offset_s = 0.002\n"
+        "encoder_latency_s = 0.001\nfront_offset_s = 0.002\nfront_readout_s = 0.016\n"
     )  # fmt: skip
     rig = rig_from_text(text)
     assert (rig.catheter.transducer_offset_mm, rig.catheter.sector_deg) == (8.0, 90.0)
@@ -96,6 +96,8 @@ def test_every_optional_key_is_read():
     assert rig.roll.provenance.std["backlash_deg"] == 0.1
     assert rig.timing.front_latency_s == 0.013
     assert rig.timing.front_offset_s == 0.002
+    assert (rig.timing.top_readout_s, rig.timing.front_readout_s) == (0.0, 0.016)
+    assert "top_readout_s" not in rig_to_text(rig)
     assert rig_to_text(rig_from_text(rig_to_text(rig))) == rig_to_text(rig)
 
 
@@ -122,6 +124,9 @@ MISTAKES = {
     "schema not text": (changed('"cathxr-rig/1"', "1"), "schema", "cathxr-rig/1"),
     "unknown key at the top": (changed("name =", "colour = 1\nname ="), "colour", "unknown"),
     "unknown key in a camera": (changed("rate_hz = 60.0", "rate_hz = 60.0\nfps = 60"), "cameras.top.fps", "unknown"),
+    "a readout longer than a picture": (
+        EXAMPLE + "\n[timing]\ntop_readout_s = 16.0\n", "timing.top_readout_s", "at most 0.1"
+    ),
     "unknown key in a marker": (changed('"red" }', '"red", size = 2 }'), "markers.top.mT1.size", "unknown"),
     "unknown table": (EXAMPLE + "\n[extra]\n", "extra", "unknown"),
     "third camera": (EXAMPLE + "\n[cameras.side]\nrate_hz = 1\n", "cameras.side", "unknown"),

@@ -6,8 +6,12 @@ import sys
 import textwrap
 from typing import Any
 
-from cathxr.app.warm_up import warm_up
+import pytest
+
+from cathxr.app.warm_up import scenes_for, warm_up
 from cathxr.core import Status
+from cathxr.storage.rig_file import example_rig
+from cathxr.twin import with_readout
 
 
 def _told_by(code: str) -> Any:
@@ -19,22 +23,35 @@ def _told_by(code: str) -> Any:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-def test_the_warm_up_tracks() -> None:
-    assert warm_up(method="model").status is Status.TRACKED
+@pytest.mark.parametrize("scene_name", ["smooth", "white", "rolling_shutter"])
+def test_the_warm_up_tracks(scene_name: str) -> None:
+    assert warm_up(method="model", scene_name=scene_name).status is Status.TRACKED
 
 
-def test_nothing_is_compiled_or_loaded_for_the_first_live_pairs() -> None:
+def test_a_box_is_warmed_up_with_what_it_needs() -> None:
+    rig = example_rig()
+    assert scenes_for(rig, backgrounds=False) == ("smooth",)
+    rolling = with_readout(rig, 16.0)
+    assert scenes_for(rolling, backgrounds=True) == ("smooth", "white", "rolling_shutter")
+
+
+@pytest.mark.parametrize("more", ["skew", "white", "rolling_shutter"])
+def test_nothing_is_compiled_or_loaded_for_the_first_live_pairs(more: str) -> None:
     """Of the kernels; the twin's own may come later, its cameras open in their threads."""
     left = _told_by(
+        f"""
+        more = {more!r}
+        """
         """
         import json
         from numba.core.dispatcher import Dispatcher
-        from cathxr.app.warm_up import warm_up
+        from cathxr.app.warm_up import scenes_for, warm_up
         from cathxr.app.bench_scenes import Sequence
         from cathxr.app.bench_sequence import Method
 
-        warm_up(method="model")
-        sequences = [Sequence(name, seed=0) for name in ("smooth", "skew")]
+        sequences = [Sequence(name, seed=0) for name in ("smooth", more)]
+        for each in scenes_for(sequences[1].rig, backgrounds=more == "white"):
+            warm_up(method="model", scene_name=each)
         pairs = [list(each.pairs(4, 30.0)) for each in sequences]
         late, load = [], Dispatcher.compile
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from cathxr.app.bench_scenes import Sequence
 from cathxr.app.bench_sequence import Method
@@ -18,7 +19,7 @@ class Ramp:
     def refresh(self, pixels: PixelArray) -> None:
         """Take nothing."""
 
-    def matte(self, pixels: PixelArray, window: Window) -> MatteArray:
+    def matte_near(self, pixels: PixelArray, window: Window, spans: NDArray[np.int64]) -> MatteArray:
         """Return a matte that grows to the right and falls with the rows, a little wrong at a window's edge."""
         x, y = np.meshgrid(np.arange(window.x0, window.x1), np.arange(window.y0, window.y1))
         result = (x / SIZE[0] * (1.0 - y / SIZE[1])).astype(np.float32)

@@ -12,7 +12,7 @@ from cathxr.geometry import CameraModel
 from cathxr.geometry.calibration_error import ASSUMED_MARKER_PX, pose_jacobian
 from cathxr.geometry.pose import perturbed
 from cathxr.storage.rig_file import example_rig
-from cathxr.twin import CameraRenderer, TwinWorld, scene, true_rig
+from cathxr.twin import CameraRenderer, TwinWorld, scene, true_rig, with_readout
 
 CAMERAS = ("top", "front")
 MM_PER_FRENCH = 1.0 / 3.0
@@ -77,6 +77,7 @@ class Sequence:
         if size_px is not None:
             rig = replace(rig, cameras={each: resized(camera, size_px) for each, camera in rig.cameras.items()})
         self.settings = replace(scene(self.category.scene), **(changes or {}))
+        rig = with_readout(rig, self.settings.readout_ms)
         self.world = TwinWorld(rig, seed=seed, settings=self.settings)
         self.renderers = {each: CameraRenderer(self.world, each) for each in CAMERAS}
         self._rng = np.random.default_rng([seed, 0xF1D])

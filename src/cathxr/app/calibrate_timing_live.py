@@ -34,7 +34,7 @@ def measured_live(
     chosen = chosen_config(config, rig=rig_path, method=None, points=None, scene=None, seed=seed)
     clock = MonotonicClock()
     parts = live_parts(source, chosen, clock=clock)
-    prepare(chosen.tracking.method)
+    prepare(chosen.tracking, parts.rig)
     if parts.world is not None:
         moved_to_and_fro(parts.world, clock.now_ns(), seconds=seconds + _PICTURES_S)
     else:

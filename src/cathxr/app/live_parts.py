@@ -25,7 +25,7 @@ from cathxr.runtime.replay import ReplayOptions, ReplaySource
 from cathxr.storage.rig_file import example_rig, read_rig
 from cathxr.storage.session import SessionReader
 from cathxr.tracking import make_tracker
-from cathxr.twin import TwinWorld, scene, true_rig
+from cathxr.twin import TwinWorld, scene, true_rig, with_readout
 from cathxr.twin.drivers import USUAL_RATE_HZ
 from cathxr.vision import make_detector
 from cathxr.wire.messages import SceneDescription, TwinDescription
@@ -69,8 +69,10 @@ def live_parts(source: str, config: Config, *, clock: Clock) -> LiveParts:
 def _twin_parts(config: Config, clock: Clock) -> LiveParts:
     """Return the twin's box: the given rig as it is, or the example rig with its cameras moved off-nominal by seed."""
     seed = config.twin.seed
-    rig = read_rig(Path(config.rig)) if config.rig else true_rig(example_rig(), seed)
-    world = TwinWorld(rig, seed=seed, settings=scene(config.twin.scene), start_ns=clock.now_ns())
+    settings = scene(config.twin.scene)
+    own = with_readout(example_rig(), settings.readout_ms)
+    rig = read_rig(Path(config.rig)) if config.rig else true_rig(own, seed)
+    world = TwinWorld(rig, seed=seed, settings=settings, start_ns=clock.now_ns())
     errors = config.twin.stamp_error_s
     options: dict[str, dict[str, Any]] = {
         name: {"world": world, "stamp_error_s": getattr(errors, name, None)} for name in rig.cameras

@@ -66,7 +66,7 @@ def record(
     from cathxr.runtime.live import LiveSystem
 
     parts = live_parts(source, chosen, clock=MonotonicClock())
-    prepare(chosen.tracking.method)
+    prepare(chosen.tracking, parts.rig)
     with stop_signal() as stopping:
         system = LiveSystem(parts.source, clock=MonotonicClock(), options=parts.options)
         if parts.optical is not None:

@@ -37,7 +37,8 @@ def touch_landmarks(heart_path: Path | None, choice: TouchChoice) -> None:
     heart = chosen_heart(heart_path)
     target = None if choice.dry_run else chosen_out(heart, choice.out)
     clock = MonotonicClock()
-    parts = live_parts(choice.source, _config(choice), clock=clock)
+    config = _config(choice)
+    parts = live_parts(choice.source, config, clock=clock)
     shape = heart_shape(heart)
     points = _points(heart, choice.wanted)
     hand, truth = None, None
@@ -48,7 +49,7 @@ def touch_landmarks(heart_path: Path | None, choice: TouchChoice) -> None:
         points = {key: points[key] for key in simulated.controls}
     elif not choice.wanted:
         points = _likely(heart, points, parts.rig)
-    prepare("model")
+    prepare(config.tracking, parts.rig)
     sessions: list[TouchSession] = []
 
     def save(registration: Registration) -> Ending:

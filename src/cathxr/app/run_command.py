@@ -14,11 +14,11 @@ from typing import Any
 
 import click
 
-from cathxr.app.config import Config
+from cathxr.app.config import Config, TrackingConfig
 from cathxr.app.errors import told_in_a_sentence
 from cathxr.app.live_options import PATH, chosen_config, live_options
 from cathxr.app.patience import said_when_compiling
-from cathxr.core import CathxrError, Event, Track
+from cathxr.core import CathxrError, Event, Rig, Track
 
 _POLL_S = 0.25
 
@@ -102,7 +102,7 @@ def serve(
     clock = MonotonicClock()
     parts = live_parts(source, config, clock=clock)
     trained = training_parts(parts, config, study=study, store=store)
-    prepare(config.tracking.method)
+    prepare(config.tracking, parts.rig)
     hub = Hub()
     options = replace(parts.options, commands={**parts.options.commands, **view_commands(hub)})
     system = LiveSystem(parts.source, clock=clock, options=options)
@@ -202,16 +202,18 @@ def _with_run_options(
     )
 
 
-def prepare(method: str) -> None:
-    """Compile what is not compiled yet, and say so when that takes a while."""
+def prepare(tracking: TrackingConfig, rig: Rig) -> None:
+    """Compile what tracking in a box needs and is not compiled yet, and say so when that takes a while."""
     import cv2
 
-    from cathxr.app.warm_up import warm_up
+    from cathxr.app.warm_up import scenes_for, warm_up
 
     # Each thread here is busy with its own camera: OpenCV's own threads would only take the cores from the others.
     cv2.setNumThreads(1)
     with said_when_compiling():
-        warm_up(method=method)
+        backgrounds = tracking.background_top is not None or tracking.background_front is not None
+        for scene_name in scenes_for(rig, backgrounds=backgrounds):
+            warm_up(method=tracking.method, scene_name=scene_name)
     # What is loaded now stays: the collector need not walk through it again and again while Tracks wait.
     gc.collect()
     gc.freeze()

@@ -7,7 +7,7 @@ from functools import partial
 from cathxr.core import Detector, Image, Observation, Rig, Status, Track
 from cathxr.storage.rig_file import example_rig
 from cathxr.tracking import make_tracker, read_and_track
-from cathxr.twin import CameraRenderer, TwinWorld, scene, true_rig
+from cathxr.twin import CameraRenderer, TwinWorld, scene, true_rig, with_readout
 from cathxr.vision import make_detector
 
 _WIDTH_PX = 480
@@ -17,16 +17,26 @@ _SKEW_NS = 1_000_000
 """By how much the front pictures of the later pairs are taken later: views of two instants are treated apart."""
 
 
-def warm_up(*, method: str) -> Track:
+def scenes_for(rig: Rig, *, backgrounds: bool) -> tuple[str, ...]:
+    """Return the scenes whose pairs use all that a box needs. backgrounds: there are pictures of the empty box."""
+    rolling = rig.timing.top_readout_s > 0.0 or rig.timing.front_readout_s > 0.0
+    return ("smooth", *(("white",) if backgrounds else ()), *(("rolling_shutter",) if rolling else ()))
+
+
+def warm_up(*, method: str, scene_name: str = "smooth") -> Track:
     """Return the last Track of a few small picture pairs of the example box: all that tracking calls is loaded then.
 
     The first pair is read whole, the others near the prediction too, where the method predicts. What is compiled
     depends on no rig, so that the box is always one that is known to be tracked.
     """
-    rig = _reduced(true_rig(example_rig(), 0))
-    world = TwinWorld(rig, settings=scene("smooth"))
+    settings = scene(scene_name)
+    rig = with_readout(_reduced(true_rig(example_rig(), 0)), settings.readout_ms)
+    world = TwinWorld(rig, settings=settings)
     renderers = {name: CameraRenderer(world, name) for name in ("top", "front")}
-    detectors = {name: make_detector(method, rig, name) for name in renderers}
+    detectors = {
+        name: make_detector(method, rig, name, background=each.empty_picture() if scene_name == "white" else None)
+        for name, each in renderers.items()
+    }
     tracker = make_tracker(method, rig)
     last: Track | None = None
     for seq, t_ns in enumerate(_INSTANTS_NS):

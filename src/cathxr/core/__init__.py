@@ -15,11 +15,23 @@ from cathxr.core.errors import (
 )
 from cathxr.core.pose import Pose
 from cathxr.core.protocols import Clock, Detector, Sink, Source, Tracker, Zeroed
-from cathxr.core.rig import Catheter, Intrinsics, Marker, Provenance, Rig, RigCamera, Roi, Roll, Timing
+from cathxr.core.rig import (
+    LONGEST_READOUT_S,
+    Catheter,
+    Intrinsics,
+    Marker,
+    Provenance,
+    Rig,
+    RigCamera,
+    Roi,
+    Roll,
+    Timing,
+)
 from cathxr.core.signals import Detection, Image, Observation, Reading, RollStatus
 from cathxr.core.track import Event, Health, Status, Track
 
 __all__ = [
+    "LONGEST_READOUT_S",
     "CalibrationError",
     "Catheter",
     "CathxrError",

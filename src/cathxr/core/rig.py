@@ -170,18 +170,29 @@ class Roll:
         return self.direction * 2.0 * float(np.pi) * turns
 
 
+LONGEST_READOUT_S = 0.1
+
+
 @dataclass(frozen=True)
 class Timing:
     """Measured latencies, seconds. front_offset_s: the front camera's clock minus the top camera's.
 
-    encoder_latency_s: what the board and the computer add to a report's own time on the wire.
+    encoder_latency_s: what the board and the computer add to a report's own time on the wire. top_readout_s,
+    front_readout_s: of a rolling shutter, from the picture's first row to its last; 0 for a global one.
     """
 
     top_latency_s: float = 0.0
     front_latency_s: float = 0.0
     encoder_latency_s: float = 0.0
     front_offset_s: float = 0.0
+    top_readout_s: float = 0.0
+    front_readout_s: float = 0.0
     provenance: Provenance = field(default_factory=Provenance)
+
+    def __post_init__(self) -> None:
+        for name in ("top_readout_s", "front_readout_s"):
+            if not 0.0 <= getattr(self, name) <= LONGEST_READOUT_S:
+                raise ValueError(f"{name}: expected 0 to {LONGEST_READOUT_S} s, got {getattr(self, name)}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from importlib import resources
 from pathlib import Path
 
 from cathxr.core import (
+    LONGEST_READOUT_S,
     Catheter,
     ConfigError,
     Intrinsics,
@@ -241,8 +242,12 @@ def _roll(table: Table) -> Roll:
 
 def _timing(table: Table) -> Timing:
     keys = ("top_latency_s", "front_latency_s", "encoder_latency_s", "front_offset_s")
-    table.know(*keys)
+    readouts = ("top_readout_s", "front_readout_s")
+    table.know(*keys, *readouts)
     values = {key: table.number(key, example=f"{key} = 0.012") for key in keys if key in table}
-    provenance = read_provenance(table, dict.fromkeys(keys, 0))
+    for key in readouts:
+        if key in table:
+            values[key] = table.number(key, example=f"{key} = 0.016", minimum=0.0, maximum=LONGEST_READOUT_S)
+    provenance = read_provenance(table, dict.fromkeys((*keys, *readouts), 0))
     table.finish()
     return Timing(**values, provenance=provenance)

@@ -85,7 +85,9 @@ def _roll(roll: Roll) -> dict[str, Any]:
 
 def _timing(timing: Timing) -> dict[str, Any]:
     keys = ("top_latency_s", "front_latency_s", "encoder_latency_s", "front_offset_s")
-    return {**{key: float(getattr(timing, key)) for key in keys}, **provenance_values(timing.provenance, 4)}
+    readouts = {key: float(getattr(timing, key)) for key in ("top_readout_s", "front_readout_s")}
+    values = {key: float(getattr(timing, key)) for key in keys} | {key: each for key, each in readouts.items() if each}
+    return {**values, **provenance_values(timing.provenance, len(values))}
 
 
 def _count(value: float) -> int | float:

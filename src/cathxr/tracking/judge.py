@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from cathxr.core import Detection, FloatArray
 from cathxr.tracking.fit import CurveFit
-from cathxr.tracking.judge_kernels import agreement, tip_variance
+from cathxr.tracking.judge_kernels import agreement, folded_at_tip, tip_variance
 from cathxr.tracking.pair_work import LEAST_OUTLINE, PairWork
 
 RESOLVED_MM = 0.4
@@ -51,6 +51,8 @@ def judged(
     """
     if fit is None:
         return "the two views disagree", math.inf
+    if folded_at_tip(fit.spans, fit.control, radius_mm):
+        return "the fitted curve turns back at its tip", math.inf
     outlined = any(len(each.end_px) >= LEAST_OUTLINE for each in detections)
     reason = None
     clear, unseen, excess = not outlined, False, 1.0

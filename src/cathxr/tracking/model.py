@@ -15,7 +15,7 @@ from cathxr.tracking.continuity import COAST_SPEED_MM_S, Continuity, missing_rea
 from cathxr.tracking.fit import camera_table
 from cathxr.tracking.judge import GUESSED_MM, RESOLVED_MM, UNRESOLVED
 from cathxr.tracking.pair_work import PairWork
-from cathxr.tracking.prediction import Prediction
+from cathxr.tracking.prediction import Prediction, Shutter
 from cathxr.tracking.silhouette import SilhouetteFit
 from cathxr.tracking.skew import SKEW_NS
 from cathxr.tracking.solve import Solution, solved
@@ -50,7 +50,8 @@ class ModelTracker:
         self._zero, self._roll = rig.zero_direction, rig.roll
         self._points = points
         self._continuity = Continuity()
-        self._prediction = Prediction()
+        self._shutters = tuple(_shutter(rig, name) for name in self._names)
+        self._prediction = Prediction(self._shutters)
         self._work = PairWork()
         self._silhouettes = SilhouetteFit(self._cameras, self._table, radius_mm=self._radius, roi=rig.roi)
         self._curve = curve_room()
@@ -124,7 +125,7 @@ class ModelTracker:
         if isinstance(solution, str):
             return solution
         count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
-        if count > 0 and any(abs(each.t_ns - t_ns) > SKEW_NS for each in detections):
+        if count > 0 and self._apart_ns(t_ns, detections) > SKEW_NS:
             better = self._fitted(t_ns, detections, self._curve[1:count])
             if not isinstance(better, str):
                 solution = better
@@ -140,7 +141,7 @@ class ModelTracker:
         if count == NOT_SEEN:
             return "the catheter's beginning at the inlet is not seen"
         shape = self._curve[:count]
-        timing_mm = self._timing_mm(t_ns, shape[1], max(abs(each.t_ns - t_ns) for each in detections))
+        timing_mm = self._timing_mm(t_ns, shape[1], self._apart_ns(t_ns, detections))
         return solution, shape, timing_mm
 
     def _fitted(self, t_ns: int, detections: list[Detection], curve: FloatArray | None) -> Solution | str:
@@ -181,11 +182,19 @@ class ModelTracker:
         count = centreline(solution.fit.spans, solution.fit.control, self._radius, self._curve)
         return self._cut(t_ns, detections, solution, count)
 
+    def _apart_ns(self, t_ns: int, detections: list[Detection]) -> int:
+        """Return how far from the pair's instant a view's end was seen at most, ns."""
+        apart = 0
+        for shutter, each in zip(self._shutters, detections, strict=True):
+            late_ns = 0 if each.tip_px is None else shutter.late_ns(float(each.tip_px[1]))
+            apart = max(apart, abs(each.t_ns + late_ns - t_ns))
+        return apart
+
     def _timing_mm(self, t_ns: int, end_box: FloatArray, skew_ns: int) -> float:
         """Return how unsure the tip is, mm, because it moves: (3,) mm, its rounded end's centre at an instant.
 
-        A rolling shutter and a stamp are off by a fraction of a millisecond; one view's part in the tip is a half of
-        what its instant's correction may be off.
+        A stamp is off by a fraction of a millisecond; one view's part in the tip is a half of what its instant's
+        correction may be off.
         """
         speed, change = self._prediction.tip_motion(t_ns, end_box)
         skew_mm = 0.0
@@ -193,3 +202,10 @@ class ModelTracker:
             unsure = COAST_SPEED_MM_S if change is None else _CHANGE_SHARE * change + _STEADY_MM_S
             skew_mm = 0.5e-9 * skew_ns * min(unsure, COAST_SPEED_MM_S)
         return math.hypot(_STAMP_S * speed, skew_mm)
+
+
+def _shutter(rig: Rig, camera: str) -> Shutter:
+    """Return a camera's shutter: the picture's instant is its middle row's."""
+    rows = rig.cameras[camera].size_px[1]
+    readout_s = rig.timing.top_readout_s if camera == "top" else rig.timing.front_readout_s
+    return Shutter(0.5 * (rows - 1), readout_s / max(rows - 1, 1))

@@ -1,6 +1,7 @@
 """The curve expected from the last ones, and where on it each measured point is: the fit's start while tracking."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,11 +10,25 @@ from cathxr.geometry.curve_kernels import carry_on, resample
 from cathxr.tracking.fit import Guess, guess_of
 from cathxr.tracking.guess_kernels import place
 from cathxr.tracking.pair_work import LINE_POINTS, PairWork
-from cathxr.tracking.skew import SKEW_NS, at_instant, shift_view
+from cathxr.tracking.skew import SKEW_NS, at_instant, motion, shift_view
 
 _OLDEST_NS = 250_000_000
 _STEADY_NS = 100_000_000
 _FARTHEST_MM = 8.0
+
+
+@dataclass(frozen=True)
+class Shutter:
+    """When a picture's rows are open. middle_row: of the picture's instant; row_s: from a row to the next, 0 global."""
+
+    middle_row: float = 0.0
+    row_s: float = 0.0
+
+    def late_ns(self, row: float) -> int:
+        """Return how much later than the picture's instant a row's is, ns."""
+        return round(1e9 * self.row_s * (row - self.middle_row))
+
+
 _Times = tuple[int, ...]
 """When the pair was, and when each of its views was; empty for none."""
 
@@ -25,7 +40,12 @@ class Prediction:
     what is learned takes the place of the third, so that a copy of this object made before holds what it held.
     """
 
-    def __init__(self, views: int = 2) -> None:
+    def __init__(self, shutters: Sequence[Shutter] = (Shutter(), Shutter())) -> None:
+        """Take each view's shutter."""
+        views = len(shutters)
+        self._shutters = tuple(shutters)
+        self._rolling = any(each.row_s for each in shutters)
+        self._speed = np.zeros((LINE_POINTS, 3))
         self._rooms = tuple(np.zeros((1 + views, LINE_POINTS, 3)) for _ in range(3))
         self._times: tuple[_Times, _Times] = ((), ())
         self._expected = np.zeros((1 + views, LINE_POINTS, 3))
@@ -55,6 +75,8 @@ class Prediction:
         self._shift[:] = 0.0
         if not self._expect(0, t_ns):
             return None
+        if self._rolling:
+            self._move(t_ns, self._expected[0])
         for view, each in enumerate(detections):
             if _skewed(each, t_ns):
                 if not self._expect(1 + view, each.t_ns):
@@ -78,6 +100,8 @@ class Prediction:
         """
         resample(np.ascontiguousarray(curve), self._expected[0])
         last, before, _ = self._rooms
+        if self._rolling:
+            self._move(t_ns, self._expected[0])
         for view, each in enumerate(detections):
             if _skewed(each, t_ns):
                 then, earlier = self._since(1 + view, each.t_ns)
@@ -105,6 +129,11 @@ class Prediction:
         change = velocity - (before[0, 0] - last[0, 0]) / (earlier - then)
         return speed, float(np.sqrt(change @ change))
 
+    def _move(self, t_ns: int, curve: FloatArray) -> None:
+        """Set how a curve (K, 3) mm moves at an instant, by what came before; at rest where nothing recent is known."""
+        last, before, _ = self._rooms
+        motion(curve, last[0], before[0], self._since(0, t_ns), self._speed)
+
     def _since(self, which: int, t_ns: int) -> tuple[float, float]:
         """Return when the last two curves were, s from an instant and negative; 0 for what is too long ago.
 
@@ -128,8 +157,11 @@ class Prediction:
             furthest = place(table[view], there, (first, stop), work.arrays)
             if furthest < 0.0:
                 return None
-            if skewed:
-                shift_view(table[view], self._shift[view], there, (first, stop), (begin, until), work.arrays)
+            shutter = self._shutters[view]
+            if skewed or shutter.row_s:
+                rows = shutter.middle_row, shutter.row_s
+                parts = (first, stop), (begin, until)
+                shift_view(table[view], self._shift[view], self._speed, rows, there, *parts, work.arrays)
             end, first, begin = max(end, furthest), stop, until
         last = int(np.ceil(end * (LINE_POINTS - 1)))
         if last < 3:

@@ -10,7 +10,7 @@ from cathxr.geometry import CameraModel, resampled
 from cathxr.tracking.fit import CurveFit, fit_curve, guess_of
 from cathxr.tracking.guess_kernels import place
 from cathxr.tracking.judge import RESOLVED_MM
-from cathxr.tracking.judge_kernels import agreement, tip_variance
+from cathxr.tracking.judge_kernels import agreement, folded_at_tip, tip_variance
 from cathxr.tracking.pair_work import DISCS, LINE_POINTS, RIM_CUT_PX, PairWork, rim_only
 from cathxr.tracking.rim_kernels import distances, held, invented, set_discs, unexplained
 from cathxr.tracking.solve import Solution
@@ -176,6 +176,8 @@ class SilhouetteFit:
         work: PairWork,
     ) -> _Candidate | None:
         """Return a fit with how sure it is, None where it cannot be what the views show."""
+        if folded_at_tip(fit.spans, fit.control, self._radius_mm):
+            return None
         arrays = work.arrays
         balls = arrays.balls.copy()
         first = begin = caps = 0

@@ -20,6 +20,14 @@ def true_rig(nominal: Rig, seed: int) -> Rig:
     return dataclasses.replace(nominal, cameras=cameras)
 
 
+def with_readout(rig: Rig, readout_ms: float) -> Rig:
+    """Return a rig that states both cameras' readout, ms, as their data sheet would: 0 for global shutters."""
+    seconds = 1e-3 * readout_ms
+    return dataclasses.replace(
+        rig, timing=dataclasses.replace(rig.timing, top_readout_s=seconds, front_readout_s=seconds)
+    )
+
+
 def _moved(camera: RigCamera, seed: int) -> RigCamera:
     rng = np.random.default_rng([seed, zlib.crc32(camera.name.encode())])
     turn = np.deg2rad(rng.uniform(-1.0, 1.0, size=3) * TURN_DEG)

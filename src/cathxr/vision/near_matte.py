@@ -1,16 +1,20 @@
 """A picture as if it were back-lit, near a predicted line only: so that a matte is followed as a dark catheter is."""
 
+import math
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cathxr.core import FloatArray, PixelArray
+from cathxr.vision.near_change import darken, spans_near
 from cathxr.vision.raw import RawSource
 from cathxr.vision.segmentation import MatteArray, Window
 
 _PIECE_WIDTHS = 12.0
-_ROOM_WIDTHS = 2.5
+_ROOM_WIDTHS = 1.75
 _RIM_PX = 8
 """A matte looks about so far around each pixel: nearer to a window's edge it is not what a larger one would give."""
 _WHITE = 255.0
@@ -23,8 +27,8 @@ class Refreshed(Protocol):
         """Take over a picture's light."""
         ...
 
-    def matte(self, pixels: PixelArray, window: Window) -> MatteArray:
-        """Return the matte, as of `segmentation.Segmenter`."""
+    def matte_near(self, pixels: PixelArray, window: Window, spans: NDArray[np.int64]) -> MatteArray:
+        """Return the matte, as of `segmentation.Segmenter`, wanted at spans int64 (rows, 2), columns of each row."""
         ...
 
 
@@ -38,6 +42,8 @@ class NearMatte:
         self._size, self._width_px = size_px, width_px
         self._picture: PixelArray | None = None
         self._used: list[Window] = []
+        self._room = float(round(_ROOM_WIDTHS * width_px) + _RIM_PX)
+        self._spans = np.zeros((size_px[1], 2), dtype=np.int64)
         self._light = np.full((2, 2), _WHITE, dtype=np.float32)
 
     def source(self, pixels: PixelArray, segmenter: Refreshed, path: FloatArray) -> RawSource:
@@ -48,36 +54,30 @@ class NearMatte:
         for window in self._used:
             self._picture[window.slices] = int(_WHITE)
         segmenter.refresh(pixels)
-        self._used = list(_windows(path, self._size, self._width_px))
-        for window in self._used:
-            matte = segmenter.matte(pixels, window)
-            inner, part = _inner(window, self._size)
-            self._picture[inner.slices] = np.rint(_WHITE * (1.0 - matte[part])).astype(np.uint8)[..., None]
+        pieces = list(_pieces(path, self._size, self._width_px, self._room))
+        self._used = [window for window, _, _ in pieces]
+        for window, first, last in pieces:
+            corners = window.corners
+            spans_near(path, first, last, self._room, corners, self._spans)
+            matte = segmenter.matte_near(pixels, window, self._spans)
+            darken(matte, self._spans, _RIM_PX, corners, self._picture)
         return self._picture, self._light, float(max(self._size)), 1.0
 
 
-def _windows(path: FloatArray, size: tuple[int, int], width_px: float) -> list[Window]:
-    """Return blocks of the picture that hold a line (N, 2) px piece by piece, with room around."""
-    room = round(_ROOM_WIDTHS * width_px) + _RIM_PX
-    steps = np.linalg.norm(np.diff(path, axis=0), axis=1)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
+def _pieces(path: FloatArray, size: tuple[int, int], width_px: float, room: float) -> Iterator[tuple[Window, int, int]]:
+    """Yield blocks of the picture that hold a line (N, 2) px piece by piece, with `room` px around.
+
+    Each comes with the first and the last of the line's points that it holds.
+    """
+    steps = np.diff(path, axis=0)
+    along = np.zeros(len(path))
+    np.cumsum(np.sqrt(steps[:, 0] ** 2 + steps[:, 1] ** 2), out=along[1:])
     pieces = max(1, int(np.ceil(along[-1] / (_PIECE_WIDTHS * width_px))))
     edges = np.searchsorted(along, np.linspace(0.0, along[-1], pieces + 1))
-    result = []
-    for first, last in pairwise(edges):
-        piece = path[max(first - 1, 0) : last + 2]
-        low, high = np.floor(piece.min(axis=0)), np.ceil(piece.max(axis=0))
-        x0, y0 = (int(np.clip(low[i] - room, 0, size[i])) for i in range(2))
-        x1, y1 = (int(np.clip(high[i] + room + 1, 0, size[i])) for i in range(2))
-        if x1 - x0 > 4 * _RIM_PX and y1 - y0 > 4 * _RIM_PX:
-            result.append(Window(x0, y0, x1, y1))
-    return result
-
-
-def _inner(window: Window, size: tuple[int, int]) -> tuple[Window, tuple[slice, slice]]:
-    """Return a window without its rim, the picture's own edge apart, and that part of what belongs to the window."""
-    x0, y0 = window.x0 + (_RIM_PX if window.x0 > 0 else 0), window.y0 + (_RIM_PX if window.y0 > 0 else 0)
-    x1 = window.x1 - (_RIM_PX if window.x1 < size[0] else 0)
-    y1 = window.y1 - (_RIM_PX if window.y1 < size[1] else 0)
-    part = (slice(y0 - window.y0, y1 - window.y0), slice(x0 - window.x0, x1 - window.x0))
-    return Window(x0, y0, x1, y1), part
+    for first, last in pairwise(edges.tolist()):
+        begin, end = max(first - 1, 0), min(last + 1, len(path) - 1)
+        low, high = path[begin : end + 1].min(axis=0) - room, path[begin : end + 1].max(axis=0) + room
+        x0, y0 = max(0, math.floor(low[0])), max(0, math.floor(low[1]))
+        x1, y1 = min(size[0], math.ceil(high[0]) + 1), min(size[1], math.ceil(high[1]) + 1)
+        if min(x1 - x0, y1 - y0) > 2 * _RIM_PX:
+            yield Window(x0, y0, x1, y1), begin, end

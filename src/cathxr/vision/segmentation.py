@@ -30,6 +30,11 @@ class Window:
         """Row and column slices into a picture."""
         return slice(self.y0, self.y1), slice(self.x0, self.x1)
 
+    @property
+    def corners(self) -> tuple[int, int, int, int]:
+        """x0, y0, x1, y1, as compiled code takes them."""
+        return self.x0, self.y0, self.x1, self.y1
+
 
 @dataclass(frozen=True, eq=False)
 class Coarse:

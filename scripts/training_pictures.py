@@ -53,6 +53,7 @@ asked = "each"
 SETTINGS: dict[str, Any] = {"ice": True, "hud": True, "frozen": False, "sectorDeg": 90, "depthMm": 90, "gainDb": 3,
                             "teaching": 0.3, "heartOpacity": 0.2}  # fmt: skip
 STATE = "window.__cathxr?.training"
+STORED = f"{STATE}.state.result?.stored?.startsWith('Stored')"
 
 
 @contextmanager
@@ -105,7 +106,7 @@ class Hand:
     def command(self, name: str, **args: Any) -> None:
         """Ask the server by a link of the page's own."""
         self.page.evaluate(
-            """([name, args]) => new Promise((done) => {
+            """([name, args]) => new Promise((done, fail) => {
                 const link = new WebSocket(`ws://${location.host}/ws?protocol=1`);
                 link.onopen = () => link.send(JSON.stringify({ type: "command", name, args, id: "picture" }));
                 link.onmessage = ({ data }) => {
@@ -113,8 +114,8 @@ class Hand:
                     const mine = told.id === "picture" || told.payload?.id === "picture";
                     if (mine && (told.type === "refusal" || told.kind === "done")) {
                         link.close();
-                        if (told.type === "refusal") throw new Error(told.sentence);
-                        done();
+                        if (told.type === "refusal") fail(new Error(told.sentence));
+                        else done();
                     }
                 };
             })""",
@@ -149,6 +150,7 @@ def take_all(browser: Browser, address: str, until: Until, write: Callable[[np.n
     hand.aim(beside_deg=-25.0)
     write(eye(worn), "training-headset")
     hand.reach()
+    until(worn, STORED)  # on a busy machine the next trial would be refused until then
     worn.context.close()
 
     page = _desktop(browser, address, until)
@@ -158,7 +160,7 @@ def take_all(browser: Browser, address: str, until: Until, write: Callable[[np.n
     hand.aim(beside_deg=-25.0)
     write(shot(page), "training-trial")
     hand.reach()
-    until(page, f"{STATE}.state.result?.stored?.startsWith('Stored')")
+    until(page, STORED)
     page.locator("#training").get_by_role("button", name="Show the run", exact=True).click()
     until(page, f"{STATE}.replayS > 4")
     slider = page.locator("#training-time")

@@ -139,6 +139,17 @@ def test_a_wrong_cell_enters_nothing(folder: Path, tmp_path: Path) -> None:
         assert store.participants() == ()
     wrong.write_text("participant,survey,item,occasion,value\nS1,paper,q1,end,3\nS1,paper,q1,end,4\n", encoding="utf-8")
     assert "answers q1 twice" in told(study("enter", wrong, "--enrol", "--study", folder))
+    long = "participant,survey,item,occasion,value,answered\nS1,paper,q1,end,3,"
+    for text, words in (
+        (long + "yesterday\n", "line 2: answered: expected a date and time"),
+        (long.replace(",end,", ",never,") + "\n", "line 2: occasion: expected one of end, got never"),
+        (long + "9" * 140_000, "line 2: field larger than field limit"),
+        (long + '"2026\n', "line 2: unexpected end of data"),
+        (long.replace(",", ";") + "\n", "expected commas between the cells"),
+        ("\n\n", "got an empty file"),
+    ):
+        wrong.write_text(text, encoding="utf-8")
+        assert words in told(study("enter", wrong, "--enrol", "--study", folder))
     wrong.write_text("participant,q99\nS1,3\n", encoding="utf-8")
     assert "got the column 'q99'" in told(study("enter", wrong, "--survey", "paper", "--study", folder))
 
@@ -157,6 +168,8 @@ def test_the_design_is_fixed_by_the_first_draw(folder: Path) -> None:
         ('primary = "t"', 'primary = "speed"', "no metric speed"),
         ('tasks = ["six_targets"]', 'tasks = ["seven"]', "no task seven"),
         ('survey = "tlx"', 'survey = "mood"', "no survey mood"),
+        ('tasks = ["six_targets"]', 'tasks = ["practice"]', "practice is practice and nothing else"),
+        ('primary = "t"', 'primary = "frechet"', "frechet needs an expert's run"),
     ):
         file.write_text(first.replace(old, new), encoding="utf-8")
         assert words in told(study("init", folder, "--reason", "x"))

@@ -43,6 +43,11 @@ class PostgresServer:
         """The address of its database."""
         return f"postgresql://cathxr@127.0.0.1:{self._port}/postgres"
 
+    @property
+    def user(self) -> str | None:
+        """Whom the server runs as; None: whoever runs the tests."""
+        return self._user
+
     def __enter__(self) -> "PostgresServer":
         self.start()
         return self

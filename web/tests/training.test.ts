@@ -8,7 +8,7 @@ import { RunPlayer } from "../src/training/run_player";
 import { spark } from "../src/training/spark";
 import { labelOf, missing, SurveyWalk, valuesOf } from "../src/training/survey";
 import { beads, timeColour } from "../src/training/time_colours";
-import { chiefLines, countWords, errorWords, fitted, shortName, standingWords, taskWords, timeLeft, trend, valueWords } from "../src/training/words";
+import { chiefLines, countWords, errorWords, fitted, shortName, standingWords, taskWords, timeLeft, tookWords, trend, valueWords } from "../src/training/words";
 import { TRIAL_AHEAD_M, TRIAL_EM } from "../src/training/xr/trial_plate";
 import { figures, item, line, offer, path, run, state, survey, target } from "./training-states";
 
@@ -232,6 +232,7 @@ describe("a run that is played", () => {
 describe("words and figures", () => {
   it("count time, targets and errors as people read them", () => {
     expect([timeLeft(119.2), timeLeft(59.1), timeLeft(0.2), timeLeft(-3), timeLeft(60)]).toEqual(["2:00", "1:00", "1 s", "0 s", "1:00"]);
+    expect([tookWords(31.2), tookWords(59.4), tookWords(61.4), tookWords(119.8)]).toEqual(["31.2 s", "59.4 s", "1:01", "2:00"]);
     expect(countWords(figures())).toBe("1 of 2");
     expect(countWords(figures({ of: null, in_a_row: 1, wanted_in_a_row: 3 }))).toBe("1 of 3 in a row");
     expect(errorWords(target("a"), figures({ angle_deg: 30 }))).toBe("12 mm");

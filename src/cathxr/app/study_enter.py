@@ -1,6 +1,7 @@
 """`cathxr study enter`: answers from a CSV file, all of them or none."""
 
 import csv
+import datetime
 import io
 import math
 from collections.abc import Mapping
@@ -65,24 +66,23 @@ def read_answers(
         ConfigError: a column is missing or unknown.
         DataError: cells hold what they must not; the sentence names the first few with their lines.
     """
-    reader = csv.DictReader(io.StringIO(text))
-    header = [str(each).strip() for each in reader.fieldnames or ()]
-    reader.fieldnames = header
+    rows = _rows(text, name=name)
+    header = rows[0][1]
     long = "item" in header
     _check_header(study, header, name=name, long=long, survey=survey)
     faults: list[str] = []
     answers: list[Answer] = []
     seen: set[tuple[str, str, str, str]] = set()
-    for row in reader:
-        where = f"line {reader.line_num}"
-        cells = {key: value.strip() for key, value in row.items() if isinstance(key, str) and isinstance(value, str)}
-        if None in row or len(cells) != len(header):
-            faults.append(f"{where}: expected {len(header)} cells")
+    for line, row in rows[1:]:
+        where = f"line {line}"
+        if len(row) != len(header):
+            faults.append(f"{where}: expected {len(header)} cells, got {len(row)}")
             continue
+        cells = dict(zip(header, row, strict=True))
         try:
             found = _long_row(study, cells, at) if long else _wide_row(study, cells, survey or "", occasion, at)
         except ConfigError as error:
-            faults.append(f"{where}: {str(error).rstrip('.')}")
+            faults.append(f"{where}: {str(error).rstrip('.').removeprefix('--')}")
             continue
         for each in found:
             place = (each.participant, each.survey, each.item, each.occasion)
@@ -96,6 +96,24 @@ def read_answers(
     if not answers:
         raise DataError(f"{name}: expected answers, got none.")
     return answers
+
+
+def _rows(text: str, *, name: str) -> list[tuple[int, list[str]]]:
+    """Return every row that is not empty with the line it ends in; the first is the header.
+
+    Raises:
+        DataError: this is no CSV, or there is nothing in it.
+    """
+    reader = csv.reader(io.StringIO(text), strict=True)
+    try:
+        rows = [(reader.line_num, [each.strip() for each in row]) for row in reader if any(map(str.strip, row))]
+    except csv.Error as error:
+        raise DataError(f"{name}: line {reader.line_num}: {error}; correct that line. Nothing was entered.") from error
+    if not rows:
+        raise DataError(f"{name}: expected a header and answers, got an empty file.")
+    if len(rows[0][1]) == 1 and (";" in rows[0][1][0] or "\t" in rows[0][1][0]):
+        raise DataError(f"{name}: expected commas between the cells, got semicolons or tabs; save it with commas.")
+    return rows
 
 
 def _check_header(study: StudyAtHand, header: list[str], *, name: str, long: bool, survey: str | None) -> None:
@@ -127,7 +145,8 @@ def _long_row(study: StudyAtHand, cells: Mapping[str, str], at: str) -> list[Ans
     chosen = study.survey(cells["survey"])
     when = occasion_of(study, chosen.key, code, cells["occasion"])
     cell = cells["value"] or cells.get("words", "")
-    return [_answer(chosen, code, cells["item"], when, cell, cells.get("answered") or at)] if cell else []
+    answered = _instant(cells.get("answered") or at)
+    return [_answer(chosen, code, cells["item"], when, cell, answered)] if cell else []
 
 
 def _answer(survey: Survey, code: str, key: str, when: str, cell: str, at: str) -> Answer:
@@ -135,12 +154,27 @@ def _answer(survey: Survey, code: str, key: str, when: str, cell: str, at: str) 
     if item is None:
         raise ConfigError(f"{survey.key} has no item {key}.")
     if item.kind is Kind.WORDS:
+        fault = item.fault(None, cell)
+        if fault is not None:
+            raise ConfigError(f"{code}, {key}: {fault}.")
         return Answer(code, survey.key, key, when, at, None, cell)
     value = _number(cell)
     fault = item.fault(value, cell)
     if fault is not None:
         raise ConfigError(f"{code}, {key}: {fault}.")
     return Answer(code, survey.key, key, when, at, value)
+
+
+def _instant(cell: str) -> str:
+    """Return an instant in UTC, ISO 8601; one without a zone is taken for UTC."""
+    try:
+        told = datetime.datetime.fromisoformat(cell)
+    except ValueError as error:
+        raise ConfigError(
+            f"answered: expected a date and time such as 2026-03-05T14:30:00Z, got {cell!r:.40}."
+        ) from error
+    zoned = told if told.tzinfo is not None else told.replace(tzinfo=datetime.UTC)
+    return zoned.astimezone(datetime.UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
 
 
 def _number(cell: str) -> float | None:

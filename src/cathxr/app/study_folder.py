@@ -118,8 +118,12 @@ def surveys_of(folder: Path) -> dict[str, Survey]:
         ConfigError: one of the folder's is wrong.
     """
     found = {each.key: each for each in builtin_surveys()}
+    files: dict[str, Path] = {}
     for path in sorted((folder / _SURVEYS).glob("*.toml")):
         survey = survey_from_text(read_small(path), name=str(path))
+        if survey.key in files:
+            raise ConfigError(f"{path}: key: expected one of its own, got that of {files[survey.key]}; change one.")
+        files[survey.key] = path
         found[survey.key] = survey
     return found
 

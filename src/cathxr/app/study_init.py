@@ -2,7 +2,6 @@
 
 import re
 import secrets
-from importlib import resources
 from pathlib import Path
 
 import click
@@ -26,6 +25,8 @@ from cathxr.study.design_file import design_from_text
 from cathxr.study.design_template import design_template
 
 _RECORD_FIELDS = {"active_s", "reached", "unseen_share", "outcome", "valid_trials", "practice"}
+_OF_AN_EXPERT = ("frechet", "hausdorff", "dtw")
+"""Metrics that compare with another recording."""
 
 
 @click.command("init")
@@ -120,15 +121,29 @@ def _made(folder: Path, key: str | None, title: str | None, task: str, practice:
 
 
 def _check_tasks(design: StudyDesign, folder: Path) -> None:
-    """Return when there is every task: a built-in one, or KEY.toml in the folder's tasks/."""
-    builtin = resources.files("cathxr.training").joinpath("builtin")
-    names = {each.name for each in builtin.iterdir()} | {each.name for each in (folder / "tasks").glob("*.toml")}
+    """Return when there is every task, KEY.toml in the folder's tasks/ or a built-in one, and fit for what it is for.
+
+    Raises:
+        CathxrError: there is not, or its file is wrong.
+    """
+    from cathxr.training import builtin_tasks, read_task
+
+    own = {each.stem: each for each in (folder / "tasks").glob("*.toml")}
+    known = {each.key: each for each in builtin_tasks()}
     practice = () if design.practice is None else (design.practice.task,)
-    for task in (*design.tasks, *practice):
-        if f"{task}.toml" not in names:
-            known = ", ".join(sorted(each.removesuffix(".toml") for each in names if each.endswith(".toml")))
+    for key in (*design.tasks, *practice):
+        task = read_task(own[key]) if key in own else known.get(key)
+        if task is None:
+            names = ", ".join(sorted({*own, *known}))
             raise ConfigError(
-                f"{DESIGN_FILE}: no task {task}; there are {known}, and own ones go into the folder tasks."
+                f"{DESIGN_FILE}: no task {key}; there are {names}, and own ones go into the folder tasks."
+            )
+        if task.key != key:
+            raise ConfigError(f"{own[key]}: key: expected {key}, as the file is called, got {task.key}; make them one.")
+        if key in design.tasks and task.practice is not None:
+            raise ConfigError(
+                f"{DESIGN_FILE}: trials.tasks: {key} is practice and nothing else; name it in [practice], and another "
+                "task here."
             )
 
 
@@ -137,6 +152,12 @@ def _check_metrics(design: StudyDesign) -> None:
     from cathxr.training.metrics import METRICS
 
     known = [each.key for each in METRICS]
+    for key in (design.primary, *design.secondary):
+        if key in _OF_AN_EXPERT:
+            raise ConfigError(
+                f"{DESIGN_FILE}: outcomes: {key} needs an expert's run, which a study's trials are not compared with; "
+                "`cathxr score SESSION --expert RUN` measures it of single recordings."
+            )
     named = (design.primary, *design.secondary, *(each.measure for each in design.exclusions))
     for key in named:
         if key not in known and key not in _RECORD_FIELDS:

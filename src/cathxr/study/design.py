@@ -83,6 +83,16 @@ class StudyDesign:
         keys = [each.key for each in self.conditions]
         if not keys or len(set(keys)) != len(keys):
             raise ValueError(f"conditions: expected different keys, got {keys}")
+        outcomes = (self.primary, *self.secondary)
+        for what, named in (
+            ("conditions: names", [each.name for each in self.conditions]),
+            ("trials.tasks", self.tasks),
+            ("outcomes", outcomes),
+            ("participants.groups", self.groups),
+        ):
+            twice = next((each for each in named if list(named).count(each) > 1), None)
+            if twice is not None:
+                raise ValueError(f"{what}: expected each once, got {twice} twice")
         for sequence in self.sequences:
             if sorted(sequence) != sorted(keys):
                 raise ValueError(f"sequences: expected each to hold {keys} once, got {list(sequence)}")

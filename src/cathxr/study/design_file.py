@@ -9,20 +9,19 @@ from cathxr.core import ConfigError
 from cathxr.core.latin_square import williams_orders
 from cathxr.study.design import Asked, Condition, PracticePlan, PracticeWhen, StudyDesign, SurveyPlan
 from cathxr.study.exclusion_rules import Rule, RuleOf
-from cathxr.study.toml_reading import Strict, read_toml
+from cathxr.study.toml_reading import OptionalText, Strict, Text, read_toml
 
 SCHEMA = "cathxr-study/1"
 GUIDE = "docs/study.md"
 
 _Key = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]{0,39}$")]
-_Text = Annotated[str, Field(min_length=1, max_length=2000)]
 _Keys = Annotated[list[_Key], Field(min_length=1, max_length=40)]
 _Sets = Annotated[int, Field(ge=1, le=20)]
 _MOST_PERMUTED = 4
 
 
 class _Condition(Strict):
-    name: _Text
+    name: Text
     view: Literal["2d", "3d", "free"]
 
 
@@ -52,18 +51,18 @@ class _Allocation(Strict):
 
 
 class _Outcomes(Strict):
-    primary: _Text
-    secondary: list[_Text] = Field(default_factory=list)
+    primary: Text
+    secondary: list[Text] = Field(default_factory=list)
 
 
 class _Exclusion(Strict):
     key: _Key
-    reason: _Text
+    reason: Text
     of: Literal["trial", "participant"] = "trial"
-    measure: _Text
+    measure: Text
     above: float | None = None
     below: float | None = None
-    among: list[_Text] = Field(default_factory=list, alias="is")
+    among: list[Text] = Field(default_factory=list, alias="is")
 
 
 class _Survey(Strict):
@@ -74,8 +73,8 @@ class _Survey(Strict):
 class _Document(Strict):
     schema_name: str = Field(alias="schema")
     key: _Key
-    title: _Text
-    question: str = ""
+    title: Text
+    question: OptionalText = ""
     conditions: Annotated[dict[_Key, _Condition], Field(min_length=1, max_length=12)]
     sequences: _Sequences = _Sequences()
     trials: _Trials

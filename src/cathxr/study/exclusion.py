@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from cathxr.core.trials import TrialRecord
 from cathxr.study.design import StudyDesign
-from cathxr.study.exclusion_rules import OUTCOME, VALID_TRIALS, Rule, RuleOf
+from cathxr.study.exclusion_rules import MISSING, OUTCOME, VALID_TRIALS, Rule, RuleOf
 
 MARKED = "marked"
 """In place of a rule's key: a person marked the trial as invalid."""
@@ -115,7 +115,7 @@ def _participants_out(
     for code in sorted({each.participant for each in everything}):
         fewest = min(counts.get((code, each.key), 0) for each in design.conditions)
         for rule in rules:
-            value = float(fewest) if rule.measure == VALID_TRIALS else practice.get(code, "missing")
+            value = float(fewest) if rule.measure == VALID_TRIALS else practice.get(code, MISSING)
             if _holds(rule, value):
                 out.append(ExcludedParticipant(code, rule.key, rule.sentence))
                 break

@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
+from cathxr.core.trials import Outcome
+
 
 class RuleOf(StrEnum):
     """What a rule excludes."""
@@ -16,10 +18,17 @@ VALID_TRIALS = "valid_trials"
 """For participants: the number of trials that are left in the condition that has fewest."""
 PRACTICE = "practice"
 """For participants: the outcome of the last practice, `missing` where there was none."""
+MISSING = "missing"
+"""What `practice` is where there was none."""
 OUTCOME = "outcome"
 """For trials: how it ended."""
 FIELDS = ("active_s", "reached", "unseen_share")
 """For trials, beside the metrics: numbers of the record itself."""
+
+
+def _words_of(measure: str) -> tuple[str, ...]:
+    """Return the words that a measure of words can be."""
+    return tuple(Outcome) if measure == OUTCOME else (*Outcome, MISSING)
 
 
 @dataclass(frozen=True)
@@ -45,6 +54,10 @@ class Rule:
         if words != bool(self.among) or words == bool(limits):
             told = "`is`, a list of words" if words else "`above` or `below`, a number"
             raise ValueError(f"{self.key}: the measure {self.measure} takes {told}")
+        known = _words_of(self.measure)
+        odd = next((each for each in self.among if each not in known), None)
+        if odd is not None:
+            raise ValueError(f"{self.key}: is: expected of {', '.join(known)}, got {odd}")
         if any(not math.isfinite(each) for each in limits):
             raise ValueError(f"{self.key}: expected finite limits, got {limits}")
         if (self.of is RuleOf.PARTICIPANT) != (self.measure in (PRACTICE, VALID_TRIALS)):

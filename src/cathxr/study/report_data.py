@@ -10,9 +10,11 @@ from cathxr.study.design import StudyDesign
 from cathxr.study.exclusion import MARKED, judged
 from cathxr.study.surveys import Kind, Survey, scores_of
 
-REACHED = Measure("nT", "Targets reached", "", "higher")
+REACHED = Measure("nT", "Targets reached", "", "higher", count=True)
 _RATIOS = ("s", "mm", "deg", "mm/s")
 """Units of measures that cannot be negative, so that views are compared by ratios where no trial has a 0."""
+_COUNTS = ("misses", "rotation_actions", "translation_actions", "breach_count")
+"""Metrics that count something, beside the targets reached."""
 
 
 def measure_of(
@@ -23,12 +25,14 @@ def measure_of(
     better: Literal["lower", "higher", "neither"],
     trials: Iterable[TrialRecord],
 ) -> Measure:
-    """Return a metric as a measure: compared as a ratio where its unit has a true zero and every value is above 0."""
+    """Return a metric as a measure: a count; or a ratio, where its unit has a true zero and every value is above 0."""
     if key == "t":
         return TIME
     if key == "nT":
         return REACHED
     values = [each.measures[key] for each in trials if key in each.measures]
+    if key in _COUNTS:
+        return Measure(key, name, unit, better, count=True)
     return Measure(key, name, unit, better, log=unit in _RATIOS and bool(values) and min(values) > 0.0)
 
 

@@ -21,7 +21,8 @@ class Effects:
     level: of a first trial with the first view, s. view: log ratio of the second view (and, times k, of the k-th) to
     the first. practice: log ratio of each further trial to the one before. sd_person, sd_trial: spread between people,
     and of a person's trials. sd_view: how much people differ in the view's effect; above 0, the mixed model's
-    assumption is not met. limit_s: the time limit; None: there is none.
+    assumption is not met. limit_s: the time limit; None: there is none. carry_over: log ratio that the first view, once
+    done, leaves on all trials of the next period.
     """
 
     level_s: float = 120.0
@@ -31,6 +32,7 @@ class Effects:
     sd_trial: float = 0.25
     sd_view: float = 0.0
     limit_s: float | None = None
+    carry_over: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -85,9 +87,10 @@ def _of_person(
         when += timedelta(seconds=trials[-1].active_s + 30.0)
     done = 0
     for period, condition in enumerate(order, start=1):
+        carried = effects.carry_over if period > 1 and order[period - 2] == plan.conditions[0] else 0.0
         for number in range(1, plan.trials + 1):
             log_s = math.log(effects.level_s) + person + own_view * plan.conditions.index(condition)
-            log_s += effects.practice * done + rng.normal(0.0, effects.sd_trial)
+            log_s += carried + effects.practice * done + rng.normal(0.0, effects.sd_trial)
             trials.append(_trial(code, condition, number, period, when, math.exp(log_s), plan, effects.limit_s, rng))
             when += timedelta(seconds=trials[-1].active_s + 60.0)
             done += 1

@@ -9,8 +9,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from cathxr.core import ConfigError
+from cathxr.core.plain_text import plain_text_fault
 from cathxr.core.trials import Answer
-from cathxr.study.toml_reading import Strict, read_toml
+from cathxr.study.toml_reading import OptionalText, Strict, Text, read_toml
 
 SCHEMA = "cathxr-survey/1"
 GUIDE = "docs/study.md"
@@ -44,7 +45,7 @@ class Item:
     def fault(self, value: float | None, text: str) -> str | None:
         """Return why an answer does not fit this item, as the end of a sentence; None where it does."""
         if self.kind is Kind.WORDS:
-            return None if value is None and text else "expected words"
+            return "expected words" if value is not None or not text else plain_text_fault(text, lines=True)
         scale = f"expected a number from {self.minimum:g} to {self.maximum:g} in steps of {self.step:g}"
         if value is None:
             return f"{scale}, got {text[:40]!r}"
@@ -98,27 +99,30 @@ class _Scale(Strict):
     minimum: float = 1.0
     maximum: float = 5.0
     step: Annotated[float, Field(gt=0.0)] = 1.0
-    low: str = ""
-    high: str = ""
-    labels: list[str] = Field(default_factory=list)
+    low: OptionalText = ""
+    high: OptionalText = ""
+    labels: list[Text] = Field(default_factory=list)
 
 
+_MOST_STEPS = 1000
+_COLUMNS = ("participant", "survey", "item", "occasion", "value", "words", "answered")
+"""Columns of the files that answers are entered from: no item may be called so."""
 _KEY = r"^[a-z0-9][a-z0-9_-]{0,39}$"
 
 
 class _Item(Strict):
     key: Annotated[str, Field(pattern=_KEY)]
-    text: Annotated[str, Field(min_length=1)]
+    text: Text
     kind: Literal["rating", "words"] = "rating"
     scale: _Scale | None = None
-    low: str | None = None
-    high: str | None = None
+    low: OptionalText | None = None
+    high: OptionalText | None = None
     optional: bool = False
 
 
 class _Score(Strict):
     key: Annotated[str, Field(pattern=_KEY)]
-    name: Annotated[str, Field(min_length=1)]
+    name: Text
     offset: float = 0.0
     weights: Annotated[dict[str, float], Field(min_length=1)]
     better: Literal["lower", "higher", "neither"] = "neither"
@@ -127,9 +131,9 @@ class _Score(Strict):
 class _Document(Strict):
     schema_name: str = Field(alias="schema")
     key: Annotated[str, Field(pattern=_KEY)]
-    name: Annotated[str, Field(min_length=1)]
-    source: str = ""
-    instruction: str = ""
+    name: Text
+    source: OptionalText = ""
+    instruction: OptionalText = ""
     scale: _Scale = _Scale()
     items: Annotated[list[_Item], Field(min_length=1, max_length=200)]
     scores: list[_Score] = Field(default_factory=list)
@@ -144,15 +148,14 @@ def survey_from_text(text: str, *, name: str) -> Survey:
     document = read_toml(text, _Document, name=name, schema=SCHEMA, guide=GUIDE)
     items = tuple(_item(each, document.scale) for each in document.items)
     keys = [each.key for each in items]
+    named = [each.key for each in document.scores]
     fault = None
     if len(set(keys)) != len(keys):
         fault = f"items: expected different keys, got {', '.join(keys)}"
+    if len(set(named)) != len(named):
+        fault = f"scores: expected different keys, got {', '.join(named)}"
     for each in items:
-        steps = (each.maximum - each.minimum) / each.step
-        if each.kind is Kind.RATING and (steps < 1 or abs(steps - round(steps)) > 1e-9):
-            fault = f"items: {each.key}: expected a maximum that is whole steps above the minimum"
-        if each.labels and len(each.labels) != round(steps) + 1:
-            fault = f"items: {each.key}: expected {round(steps) + 1} labels, one a step, got {len(each.labels)}"
+        fault = _item_fault(each) or fault
     ratings = {each.key: each for each in items if each.kind is Kind.RATING}
     for score in document.scores:
         odd = [key for key in score.weights if key not in ratings]
@@ -164,6 +167,20 @@ def survey_from_text(text: str, *, name: str) -> Survey:
         document.key, document.name, document.source, document.instruction, items,
         tuple(_score(each, ratings) for each in document.scores),
     )  # fmt: skip
+
+
+def _item_fault(item: Item) -> str | None:
+    """Return why an item cannot be asked or entered, as the middle of a sentence; None where it can."""
+    if item.key in _COLUMNS:
+        return f"items: {item.key} is the name of a column of the files that answers are entered from"
+    if item.kind is Kind.WORDS:
+        return None
+    steps = (item.maximum - item.minimum) / item.step
+    if not 1 <= steps <= _MOST_STEPS or abs(steps - round(steps)) > 1e-9:
+        return f"items: {item.key}: expected a maximum that is 1 to {_MOST_STEPS} whole steps above the minimum"
+    if item.labels and len(item.labels) != round(steps) + 1:
+        return f"items: {item.key}: expected {round(steps) + 1} labels, one a step, got {len(item.labels)}"
+    return None
 
 
 def builtin_survey_text(key: str) -> str:

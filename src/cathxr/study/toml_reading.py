@@ -1,17 +1,35 @@
 """Reads TOML texts of the study package against a model: every fault is one sentence with the file and the key."""
 
 import tomllib
-from typing import TypeVar
+from typing import Annotated, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
 from cathxr.core import ConfigError
+from cathxr.core.plain_text import plain_text_fault
 
 
 class Strict(BaseModel):
-    """A table of TOML without unknown keys, in which a text is no number."""
+    """A table of TOML without unknown keys, in which a text is no number, and numbers are finite."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+def _shown(text: str) -> str:
+    fault = plain_text_fault(text, lines=True)
+    if fault is not None:
+        raise ValueError(fault)
+    return text
+
+
+def _shown_if_any(text: str) -> str:
+    return _shown(text) if text else text
+
+
+OptionalText = Annotated[str, AfterValidator(_shown_if_any)]
+"""A text that may be empty."""
+Text = Annotated[str, AfterValidator(_shown)]
+"""A text that people read: not blank, at most 2000 characters, no control characters but ends of lines and tabs."""
 
 
 M = TypeVar("M", bound=BaseModel)

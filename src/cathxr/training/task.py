@@ -157,12 +157,24 @@ class Task:
             raise ValueError(f"targets: expected a key of its own for each, got {', '.join(keys)}")
         if self.draw is not None and not 1 <= self.draw <= len(keys):
             raise ValueError(f"draw: expected 1 to {len(keys)}, the number of targets, got {self.draw}")
+        self._check_dwells()
         if self.practice is not None and self.draw is not None:
             raise ValueError("draw: a practice task offers its targets over and over, and draws none")
         if self.practice is not None and self.target_limit_s is None:
             raise ValueError(
                 "target_limit_s: expected with [practice], for a target that is not reached breaks the row"
             )
+
+    def _check_dwells(self) -> None:
+        """Raise ValueError where a target asks to stay longer than there is time for it."""
+        whole_s = self.limit_s if self.practice is None else self.practice.limit_s
+        limit_s = min(whole_s, whole_s if self.target_limit_s is None else self.target_limit_s)
+        for each in self.targets:
+            if each.rule.dwell_s >= limit_s:
+                raise ValueError(
+                    f"target {each.key}: dwell_s: expected less than the limit of {limit_s:g} s, in which the target "
+                    f"could never be reached, got {each.rule.dwell_s:g}"
+                )
 
 
 def unit(name: str, vector: FloatArray) -> FloatArray:

@@ -11,20 +11,38 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, FiniteFloat, ValidationError
 
 from cathxr.core import ConfigError, DataError
+from cathxr.core.plain_text import plain_text_fault
 from cathxr.training.task import Place, Plane, Practice, Reach, Target, Task
 
 SCHEMA = "cathxr-task/1"
 _LARGEST = 1_000_000
 
-_Text = Annotated[str, Field(min_length=1)]
+
+def _name(text: str) -> str:
+    fault = plain_text_fault(text, longest=80)
+    if fault is not None:
+        raise ValueError(fault)
+    return text
+
+
+def _text(text: str) -> str:
+    fault = plain_text_fault(text, lines=True)
+    if fault is not None:
+        raise ValueError(fault)
+    return text
+
+
+_Name = Annotated[str, AfterValidator(_name)]
+_Text = Annotated[str, AfterValidator(_text)]
 _Key = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,63}$")]
 _Vector = Annotated[list[FiniteFloat], Field(min_length=3, max_length=3)]
 _Positive = Annotated[FiniteFloat, Field(gt=0.0)]
 _Degrees = Annotated[FiniteFloat, Field(gt=0.0, le=180.0)]
 _Seconds = Annotated[FiniteFloat, Field(ge=0.0)]
+_Limit = Annotated[FiniteFloat, Field(gt=0.0, le=86_400.0)]
 
 
 class _Table(BaseModel):
@@ -60,7 +78,7 @@ class _Plane(_Table):
 
 class _Target(_Table):
     key: _Key
-    name: _Text
+    name: _Name
     place: _Place
     reach: _Reach | None = None
     plane: _Plane | None = None
@@ -68,18 +86,18 @@ class _Target(_Table):
 
 class _Practice(_Table):
     in_a_row: Annotated[int, Field(ge=1, le=1000)] = 3
-    limit_s: _Positive
+    limit_s: _Limit
 
 
 class _Document(_Table):
     schema_name: Literal["cathxr-task/1"] = Field(alias="schema")
     key: _Key
-    name: _Text
+    name: _Name
     text: _Text
     view: Literal["2d", "3d", "free"] = "free"
     order: Literal["fixed", "random", "latin"] = "fixed"
-    limit_s: _Positive
-    target_limit_s: _Positive | None = None
+    limit_s: _Limit
+    target_limit_s: _Limit | None = None
     draw: Annotated[int, Field(ge=1)] | None = None
     step: Annotated[int, Field(ge=1, le=9)] | None = None
     practice: _Practice | None = None
@@ -249,4 +267,6 @@ def _first_fault(error: ValidationError) -> str:
         return f"{where} is missing"
     if first["type"] == "extra_forbidden":
         return f"{where} is not a key of this format; take it out"
+    if first["type"] == "value_error":
+        return f"{where} is wrong: {first['ctx']['error']}"
     return f"{where} is wrong: {first['msg']} (found {first['input']!r:.60})"

@@ -99,6 +99,7 @@ def test_a_survey_is_answered_item_by_item(course: Course, put_on: Callable[[Cou
     press_on(headset, "survey", "Begin")
     assert headset.ask("window.__cathxr.training.asked").startswith("1 of 3 I think")
     press_on(headset, "survey", "4")
+    headset.ask("window.__cathxr.xr.set({ ice: false }) ?? null")  # the plates of pictures are laid out anew
     press_on(headset, "survey", "Back")
     press_on(headset, "survey", "2")
     press_on(headset, "survey", "65")

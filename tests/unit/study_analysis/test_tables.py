@@ -65,6 +65,11 @@ def test_scores_after_both_views_are_compared_by_who_has_both() -> None:
     assert found.test is not None
     assert found.test.p == pytest.approx(2 / 64)
     assert score_rows(tuple(scores))[0].n == 7
+    even = [
+        replace(each, value=float(at)) for at, each in zip((1, 2, 3, 2, 1, 3), (*scores[:3], *scores[6:9]), strict=True)
+    ]
+    (same,) = score_comparisons(replace(data, scores=tuple(even)), (("after:2d", "after:3d"),))
+    assert "was the same after" in same.reading
 
 
 def test_descriptions_are_of_what_counts_in_its_own_unit() -> None:

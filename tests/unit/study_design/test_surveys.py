@@ -167,6 +167,19 @@ def test_an_own_survey() -> None:
         ('text = "How?"', 'text = "How?"\nscale = { labels = ["x"] }', "expected 5 labels"),
         ('kind = "words"', 'kind = "sound"', "items.1.kind"),
         ('name = "Own"', 'nmae = "Own"', "own.toml: (name|nmae): "),
+        ('text = "How?"', 'text = "How?"\nscale = { minimum = nan }', "minimum: input should be a finite number"),
+        ('text = "How?"', 'text = "How?"\nscale = { maximum = inf }', "maximum: input should be a finite number"),
+        ('text = "How?"', 'text = "How?"\nscale = { minimum = -1e308, maximum = 1e308 }', "1 to 1000 whole steps"),
+        ('text = "How?"', 'text = "How?"\nscale = { maximum = 1e9 }', "1 to 1000 whole steps"),
+        ('text = "How?"', 'text = "  "', "items.0.text: expected a text, got none"),
+        ('text = "How?"', 'text = "How\\u0000"', r"got the control character U\+0000"),
+        ("{ a = 2.0 }", "{ a = nan }", "weights.a: input should be a finite number"),
+        (
+            "{ a = 2.0 }",
+            '{ a = 2.0 }\n[[scores]]\nkey = "twice"\nname = "T"\nweights = { a = 1.0 }',
+            "scores: expected",
+        ),
+        ('key = "why"', 'key = "occasion"', "occasion is the name of a column"),
     ],
 )
 def test_faults_of_own_surveys(old: str, new: str, told: str) -> None:

@@ -39,7 +39,10 @@ def _data(plan: Plan, limit_s: float | None = 190.0) -> StudyData:
         for at, value in enumerate(row[: len(study.participants)])
     )
     items = tuple(SurveyItem("paper", item, f"Question {item}?", 1.0, 5.0) for item in PAPER_RATINGS)
-    secondary = (Measure("sparc", "SPARC", "", "higher"), Measure("path_length", "Path length", "mm", log=True))
+    secondary = (
+        Measure("sparc", "SPARC", "", "higher"), Measure("path_length", "Path length", "mm", log=True),
+        Measure("breach_count", "Virtual wall breaches", count=True),
+    )  # fmt: skip
     return StudyData(
         "A & B <study>", CONDITIONS, study.participants, study.trials, answers, secondary=secondary, items=items,
         rules=("A trial that was unseen for over 20 % does not count.",),
@@ -79,7 +82,8 @@ def test_it_says_what_it_must() -> None:
         "Flow of participants", "Wilcoxon signed-rank", "Paired permutation", "0.031", "6 participants", "SIM001",
         "Kaplan-Meier", "Learning curves", "hazard ratio", "Hodges-Lehmann", "p, Holm", "Paths of the tip",
         "carry-over", "3.67 ± 1.63", "3.67 ± 1.03", "paper prints 3.6", "simulated: no person took part",
-        "Exclusion rules", "not a medical device", "Familiarisation", "between-within",
+        "Exclusion rules", "not a medical device", "Familiarisation", "between-within", "view × period",
+        "Does the view do the same in both periods?", "model for counts", "Mancl", "virtual wall breaches were",
     ):  # fmt: skip
         assert what in words, what
     assert "nan" not in words.lower().split()
@@ -90,6 +94,8 @@ def test_the_page_asks_nothing_of_a_network_and_is_escaped() -> None:
     assert "A &amp; B &lt;study&gt;" in page
     assert "<script" not in page
     assert "3D <view>" not in page
+    assert "\u00a0%" in page
+    assert " %" not in re.sub(r"<[^>]*>", "", page.split("<body", 1)[1])  # no line ends before a per cent sign
     sources = re.findall(r'(?:src|href)="([^"]*)"', page)
     assert sources
     assert all(each.startswith(("data:", "#")) for each in sources)
@@ -149,6 +155,20 @@ def test_three_views_in_a_latin_square() -> None:
     assert len(found.primary.model.of_kind("view")) == 2
     assert len(found.primary.holm_p) == 2
     assert pdf(report(found, MADE)).startswith(b"%PDF-")
+
+
+def test_a_primary_outcome_that_is_a_count_and_one_without_any() -> None:
+    data = _data(Plan(participants=6), limit_s=None)
+    counts = replace(data, primary=Measure("breach_count", "Virtual wall breaches", count=True), secondary=())
+    words = _words(report(analyse(counts), MADE))
+    assert "Model for counts" in words
+    assert "~ view + period + trial, Poisson regression" in words
+    assert "virtual wall breaches were" in words
+    none = tuple(replace(t, measures={**t.measures, "breach_count": 0.0 if t.condition == "3d" else 2.0})
+                 for t in data.trials)  # fmt: skip
+    words = _words(report(analyse(replace(data, trials=none)), MADE))
+    assert "none at all with 3D <view>" in words
+    assert "0.031" in words
 
 
 def test_tables_must_fit_their_heads() -> None:

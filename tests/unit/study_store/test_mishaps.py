@@ -1,6 +1,7 @@
 """Programs that are killed, programs that write at once, and full disks: nothing kept is lost, nothing is half."""
 
 import random
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -17,6 +18,7 @@ from cathxr.study.design_file import design_from_text
 from cathxr.study.design_template import design_template
 
 from ...training_support.disks import small_disk
+from ...training_support.postgres import PostgresServer
 from .records import AT, trial
 
 WRITER = Path(__file__).with_name("writer.py")
@@ -144,6 +146,36 @@ def test_a_full_disk(tmp_path: Path) -> None:
             ballast.unlink()
             check_refused(store, said)
         assert_sound(place)
+
+
+def test_a_full_disk_of_the_databases_server(tmp_path: Path, postgres_server: PostgresServer, key: str) -> None:
+    # The database's tables lie on a disk of their own; the server's log of changes has room, as it has to.
+    psycopg = pytest.importorskip("psycopg")
+    with small_disk(tmp_path / "disk", megabytes=16) as disk:
+        for folder in (tmp_path, *tmp_path.parents[:2]):
+            folder.chmod(0o755)  # the server is another user
+        tables = disk / "tables"
+        tables.mkdir()
+        if postgres_server.user is not None:
+            shutil.chown(tables, postgres_server.user)
+        with psycopg.connect(postgres_server.address, autocommit=True) as boss:
+            boss.execute(f"CREATE TABLESPACE small LOCATION '{tables}'")
+            try:
+                boss.execute("CREATE DATABASE small TABLESPACE small")
+                _fill_and_check(postgres_server.address.rsplit("/", 1)[0] + "/small", disk / "ballast", key)
+            finally:
+                boss.execute("DROP DATABASE IF EXISTS small WITH (FORCE)")
+                boss.execute("DROP TABLESPACE small")
+
+
+def _fill_and_check(place: str, ballast: Path, key: str) -> None:
+    with StudyStore.create(place, study=key, seed=1, software="1", at=AT) as store:
+        store.enrol(Participant("P01"), at=AT)
+        room = shutil.disk_usage(ballast.parent).free
+        ballast.write_bytes(b"x" * (room - 600_000))
+        said, _ = writer(place, key, "P01", "full").communicate(timeout=300)
+        ballast.unlink()
+        check_refused(store, said)
 
 
 def check_refused(store: StudyStore, said: str) -> None:

@@ -119,10 +119,11 @@ def test_beams_and_planes_are_measured_where_they_were_reached() -> None:
     tilted = np.array([math.sin(0.1), 0.0, -math.cos(0.1)])
     plane = PlacedTarget(
         "plane", "plane", "plane", np.array([20.0, -25.0, 1.5]), 3.0, angle_deg=10.0, up_deg=20.0,
-        direction_box=tilted, up_box=np.array([0.0, -1.0, 0.0]),
+        direction_box=tilted, up_box=np.array([0.0, -math.cos(0.15), math.sin(0.15)]),
     )  # fmt: skip
     measures = values(measured(run_of(tip, placed(plane), ["plane"])))
     assert measures["plane_angle"] == pytest.approx(math.degrees(0.1))
+    assert measures["plane_direction"] == pytest.approx(math.degrees(0.15))
     assert measures["plane_offset"] == pytest.approx(1.5)
     assert "beam_distance" not in measures
 

@@ -127,6 +127,13 @@ def test_closeness_against_closed_forms() -> None:
         ('reach = { by = "tip", radius_mm = 5.0 }', "", "target one: expected either reach or plane"),
         ("cathxr-task/1", "cathxr-task/9", "schema is wrong"),
         ("[[targets]]", "[[targets]", "not valid TOML"),
+        ("limit_s = 60.0", "limit_s = 1e300", "limit_s is wrong"),
+        ("radius_mm = 5.0", "radius_mm = 5.0, dwell_s = 60.0", "target one: dwell_s: expected less than .* 60 s"),
+        ("limit_s = 60.0", "limit_s = 60.0\ntarget_limit_s = inf", "target_limit_s is wrong"),
+        ('name = "Mine"', 'name = "  "', "name is wrong: expected a text, got none"),
+        ('name = "Mine"', 'name = "Mi\\nne"', r"got the control character U\+000A"),
+        ('name = "One"', f'name = "{81 * "x"}"', "targets.0.name is wrong: expected at most 80 characters, got 81"),
+        ('text = "Do it."', 'text = "\\u001b[31mDo"', r"text is wrong: .*U\+001B"),
     ],
 )
 def test_wrong_files_are_refused_in_a_sentence(old: str, new: str, sentence: str) -> None:

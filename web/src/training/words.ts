@@ -39,6 +39,12 @@ export function timeLeft(seconds: number): string {
   return whole < 60 ? `${whole} s` : duration(whole);
 }
 
+/** How long a trial took: rounded, as its figures are, "1:05" from a minute on. */
+export function tookWords(seconds: number): string {
+  const whole = Math.round(Math.max(0, seconds));
+  return whole < 60 ? `${fixed(seconds, 1)} s` : duration(whole);
+}
+
 /** Which target it is of how many: "2 of 6"; in practice how many in a row. */
 export function countWords(now: TrainingNow): string {
   if (now.wanted_in_a_row !== null) return `${now.in_a_row} of ${now.wanted_in_a_row} in a row`;

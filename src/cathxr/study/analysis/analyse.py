@@ -5,14 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from cathxr.study.analysis.censoring import Censoring, censoring
+from cathxr.study.analysis.counts import outcome_model
 from cathxr.study.analysis.crossover import CrossOver, cross_over
 from cathxr.study.analysis.data import Condition, Measure, StudyData
 from cathxr.study.analysis.describe import Described, described
 from cathxr.study.analysis.effect import EffectSizes, effect_sizes
 from cathxr.study.analysis.flow import Flow, flow
 from cathxr.study.analysis.groups import Groups, groups
+from cathxr.study.analysis.interaction import Interaction, interaction
 from cathxr.study.analysis.learning import Learning, learning
-from cathxr.study.analysis.mixed import MixedModel, mixed_model
+from cathxr.study.analysis.mixed import mixed_model
+from cathxr.study.analysis.model import Model
 from cathxr.study.analysis.multiple import holm
 from cathxr.study.analysis.paired import Differences, ExactTest, differences, permutation, wilcoxon
 from cathxr.study.analysis.power import Power, power_of
@@ -49,7 +52,7 @@ class OutcomeResult:
     measure: Measure
     primary: bool
     described: tuple[Described, ...]
-    model: MixedModel
+    model: Model
     comparisons: tuple[Comparison, ...]
     holm_p: tuple[float, ...]
 
@@ -58,13 +61,14 @@ class OutcomeResult:
 class Analysis:
     """Everything that the report shows. uncut: the primary model without trials that the limit cut, if any were.
 
-    groups: None where fewer than two groups have trials that count.
+    groups: None where fewer than two groups have trials that count. interaction: of view and period, of the primary
+    measure; None outside AB/BA studies.
     """
 
     data: StudyData
     flow: Flow
     outcomes: tuple[OutcomeResult, ...]
-    uncut: MixedModel | None
+    uncut: Model | None
     censoring: Censoring
     learning: Learning
     power: Power | None
@@ -72,6 +76,7 @@ class Analysis:
     scores: tuple[ScoreRow, ...]
     score_comparisons: tuple[ScoreComparison, ...]
     groups: Groups | None
+    interaction: Interaction | None
 
     @property
     def primary(self) -> OutcomeResult:
@@ -83,7 +88,7 @@ def analyse(data: StudyData) -> Analysis:
     """Return the analysis. The primary measure is tested by itself; Holm's correction goes over the secondary ones."""
     rng = np.random.default_rng(data.seed)
     measures = (data.primary, *data.secondary)
-    models = [mixed_model(data, each) for each in measures]
+    models = [outcome_model(data, each) for each in measures]
     corrected = [*_corrected(models[:1]), *_corrected(models[1:])]
     outcomes = tuple(
         OutcomeResult(
@@ -109,10 +114,11 @@ def analyse(data: StudyData) -> Analysis:
         score_rows(data.scores, level=1.0 - data.alpha),
         score_comparisons(data, _occasion_pairs(data)),
         groups(data),
+        interaction(data, data.primary),
     )
 
 
-def _corrected(family: list[MixedModel]) -> list[tuple[float, ...]]:
+def _corrected(family: list[Model]) -> list[tuple[float, ...]]:
     """Return the corrected p of every view term, model by model."""
     left = list(holm([term.p for model in family for term in model.of_kind("view")]))
     return [tuple(left.pop(0) for _ in model.of_kind("view")) for model in family]

@@ -23,7 +23,8 @@ class Condition:
 class Measure:
     """A measured quantity. key: "t" (completion time), "nT" (targets reached), else a key of TrialRecord.measures.
 
-    better: which way is better. log: compared as a ratio of geometric means; such values must be positive.
+    better: which way is better. log: compared as a ratio of geometric means; such values must be positive. count: a
+    whole number of at least 0, compared as a ratio of means by the model for counts; not together with log.
     """
 
     key: str
@@ -31,6 +32,7 @@ class Measure:
     unit: str = ""
     better: Literal["lower", "higher", "neither"] = "lower"
     log: bool = False
+    count: bool = False
 
     def value_of(self, trial: TrialRecord) -> float | None:
         """Return the trial's value on the measure's own scale (log already taken), or None where it has none."""

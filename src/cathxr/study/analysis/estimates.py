@@ -58,11 +58,12 @@ def effect_cell(effect: Estimate, measure: Measure) -> str:
 
 
 def change_text(effect: float, measure: Measure) -> str:
-    """Return an effect in words, such as "26 % lower" or "4.1 mm higher"."""
+    """Return an effect in words, such as "26 % lower", "4.1 mm higher" or, of counts, "12 % fewer"."""
+    less, more = ("fewer", "more") if measure.count else ("lower", "higher")
     if measure.log:
         share = math.expm1(effect)
-        return percent(abs(share)) + (" lower" if share < 0 else " higher")
-    return f"{number(abs(effect))} {measure.unit}".strip() + (" lower" if effect < 0 else " higher")
+        return f"{percent(abs(share))} {less if share < 0 else more}"
+    return f"{number(abs(effect))} {measure.unit}".strip() + f" {less if effect < 0 else more}"
 
 
 def range_text(effect: Estimate, measure: Measure) -> str:

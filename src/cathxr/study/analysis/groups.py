@@ -10,11 +10,12 @@ import numpy as np
 from scipy import stats
 
 from cathxr.core.arrays import FloatArray
+from cathxr.study.analysis.counts import outcome_model
 from cathxr.study.analysis.crossover import rank_sum
 from cathxr.study.analysis.data import Measure, StudyData
 from cathxr.study.analysis.describe import Described, described
 from cathxr.study.analysis.estimates import Estimate, change_text, in_sentence, p_text, range_text, verb_of
-from cathxr.study.analysis.mixed import MixedModel, mixed_model
+from cathxr.study.analysis.model import Model
 from cathxr.study.analysis.multiple import holm
 from cathxr.study.analysis.observations import observations
 from cathxr.study.analysis.paired import ExactTest, differences
@@ -27,7 +28,7 @@ class GroupResult:
     name: str
     participants: int
     described: tuple[Described, ...]
-    model: MixedModel
+    model: Model
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ def groups(data: StudyData) -> Groups | None:
         alone = _of_group(data, name)
         people = sum(group_of.get(code) == name for code in counted)
         results.append(
-            GroupResult(name, people, described(alone, data.primary), mixed_model(alone, data.primary))
+            GroupResult(name, people, described(alone, data.primary), outcome_model(alone, data.primary))
         )  # fmt: skip
     pairs = [(names[0], each) for each in names[1:]]
     first = [found for pair in pairs for found in _compared(data, data.primary, pair, group_of)]

@@ -137,10 +137,9 @@ def _comparison(data: StudyData, survey: str, scale: str, first: str, second: st
     if test is None:
         told = f"{scale}: nobody's score differed between {before} and {after}."
     else:
-        way = "higher" if difference > 0 else "lower"
+        way = f"{number(abs(difference))} {'higher' if difference > 0 else 'lower'} {after} than {before} on average"
+        if abs(difference) < 1e-9:
+            way = f"the same {after} as {before} on average, though not for everyone"
         verdict = "" if test.p <= data.alpha else "; this study does not settle whether they differ"
-        told = (
-            f"{scale} was {number(abs(difference))} {way} {after} than {before} on average "
-            f"({len(d)} participants, exact signed-rank test, {p_text(test.p)}){verdict}."
-        )
+        told = f"{scale} was {way} ({len(d)} participants, exact signed-rank test, {p_text(test.p)}){verdict}."
     return ScoreComparison(survey, scale, first, second, len(d), difference, test, told)

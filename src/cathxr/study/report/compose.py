@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from cathxr.study.analysis.analyse import Analysis
 from cathxr.study.analysis.estimates import p_text
-from cathxr.study.analysis.mixed import CONFOUNDED
+from cathxr.study.analysis.model import CONFOUNDED
 from cathxr.study.report.document import Block, Bullets, Document, Heading, Paragraph
 from cathxr.study.report.figures_paths import TrialPath
 from cathxr.study.report.section_groups import groups
@@ -73,6 +73,8 @@ def _summary(analysis: Analysis) -> list[Block]:
             f"{comparison.wilcoxon.n} people can give is {comparison.wilcoxon.smallest_p:.3f})."
         )
     told += _doubts(analysis)
+    if analysis.interaction is not None and analysis.interaction.change.excludes_zero:
+        told.append(analysis.interaction.reading)
     told.append(analysis.learning.reading)
     if analysis.censoring.censored:
         told.append(analysis.censoring.reading)
@@ -119,6 +121,6 @@ def _doubts(analysis: Analysis) -> list[str]:
     what = "finds a difference between the views" if finds else "finds no difference that chance could not make"
     does = ("do not" if several else "does not") if finds else ("find one" if several else "finds one")
     return [
-        f"The mixed model {what} ({p_text(model.view.p)}); {' and '.join(others)} {does}: people may differ in how "
+        f"The {model.name} {what} ({p_text(model.view.p)}); {' and '.join(others)} {does}: people may differ in how "
         "much the view helps them, or are too few to tell. Take the result as provisional."
     ]

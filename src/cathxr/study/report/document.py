@@ -75,6 +75,13 @@ class Document:
     blocks: tuple[Block, ...]
 
 
+def kept_together(text: str) -> str:
+    """Return a text in which no line ends between a number and its per cent sign, or within "p = 0.041"."""
+    for parted in (" %", "p = ", "p < "):
+        text = text.replace(parted, parted.replace(" ", "\u00a0"))
+    return text
+
+
 @dataclass(frozen=True)
 class Numbered:
     """A block with the name that captions and texts call it by, such as "Table 2"; "" for what has no caption."""

@@ -6,14 +6,24 @@ from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 
-from cathxr.study.report.document import Bullets, Document, Figure, Heading, Numbered, Paragraph, Table, numbered
+from cathxr.study.report.document import (
+    Bullets,
+    Document,
+    Figure,
+    Heading,
+    Numbered,
+    Paragraph,
+    Table,
+    kept_together,
+    numbered,
+)
 
 _PX_A_MM = 5.0
 
 
 def html(document: Document) -> str:
     """Return the document's HTML."""
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, finalize=_kept_together)
     template = environment.from_string(
         resources.files("cathxr.study.report").joinpath("page.html.j2").read_text(encoding="utf-8")
     )
@@ -24,6 +34,10 @@ def html(document: Document) -> str:
         number += isinstance(each.block, Heading) and each.block.level == 1
         blocks.append({"block": each.block, "label": each.label, "number": number, **_shown(each)})
     return template.render(document=document, sections=sections, blocks=blocks)
+
+
+def _kept_together(value: Any) -> Any:
+    return kept_together(value) if isinstance(value, str) else value
 
 
 def _shown(each: Numbered) -> dict[str, Any]:

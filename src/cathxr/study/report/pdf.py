@@ -30,7 +30,17 @@ from reportlab.platypus import (
 from reportlab.platypus import Paragraph as Text
 from reportlab.platypus import Table as Grid
 
-from cathxr.study.report.document import Bullets, Document, Figure, Heading, Numbered, Paragraph, Table, numbered
+from cathxr.study.report.document import (
+    Bullets,
+    Document,
+    Figure,
+    Heading,
+    Numbered,
+    Paragraph,
+    Table,
+    kept_together,
+    numbered,
+)
 
 _INK, _SOFT, _LINE = HexColor("#1b2330"), HexColor("#586273"), HexColor("#d9dee6")
 _BACK = {"reading": (HexColor("#eef4fb"), HexColor("#0b5cad")), "warning": (HexColor("#fff4e0"), HexColor("#a85b00"))}
@@ -74,6 +84,11 @@ def pdf(document: Document) -> bytes:
     return out.getvalue()
 
 
+def _told(text: str) -> str:
+    """Return a text as reportlab takes it."""
+    return escape(kept_together(text))
+
+
 def _register_fonts() -> None:
     """Make the fonts known that matplotlib brings: they have every sign that the texts use."""
     folder = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
@@ -99,11 +114,11 @@ def _style(
 
 def _story(document: Document) -> list[Flowable]:
     story: list[Flowable] = [
-        Text(escape(document.title), _style(18, bold=True, after=3)),
-        Text(escape(document.subtitle), _style(10.5, soft=True, after=9)),
+        Text(_told(document.title), _style(18, bold=True, after=3)),
+        Text(_told(document.subtitle), _style(10.5, soft=True, after=9)),
     ]
     facts = [
-        [Text(escape(label), _style(8.5, soft=True, after=0)), Text(escape(value), _style(8.5, after=0))]
+        [Text(_told(label), _style(8.5, soft=True, after=0)), Text(_told(value), _style(8.5, after=0))]
         for label, value in document.facts
     ]
     if facts:
@@ -128,13 +143,13 @@ def _parts(each: Numbered) -> list[list[Flowable]]:
     if isinstance(block, Heading):
         if block.level == 1:
             line = HRFlowable(width="100%", thickness=1.1, color=_INK, spaceBefore=13, spaceAfter=5)
-            return [[line, Text(escape(block.text), _style(13, bold=True, after=5))]]
-        return [[Spacer(1, 5), Text(escape(block.text), _style(10, bold=True, after=4))]]
+            return [[line, Text(_told(block.text), _style(13, bold=True, after=5))]]
+        return [[Spacer(1, 5), Text(_told(block.text), _style(10, bold=True, after=4))]]
     if isinstance(block, Paragraph):
         return [[_paragraph(block)]]
     if isinstance(block, Bullets):
         style = _style(9.2, after=2)
-        items: list[Any] = [ListItem(Text(escape(text), style), leftIndent=11) for text in block.items]
+        items: list[Any] = [ListItem(Text(_told(text), style), leftIndent=11) for text in block.items]
         return [[ListFlowable(items, bulletType="bullet", start="•", bulletFontSize=8, leftIndent=11)], [Spacer(1, 5)]]
     if isinstance(block, Figure):
         scale = min(1.0, _WIDTH / (block.width_mm * mm))
@@ -145,7 +160,7 @@ def _parts(each: Numbered) -> list[list[Flowable]]:
 
 def _paragraph(block: Paragraph) -> Flowable:
     if block.kind not in _BACK:
-        return Text(escape(block.text), _style(8.2, soft=True) if block.kind == "small" else _style(9.2))
+        return Text(_told(block.text), _style(8.2, soft=True) if block.kind == "small" else _style(9.2))
     back, line = _BACK[block.kind]
     style: list[Any] = [
         ("BACKGROUND", (0, 0), (-1, -1), back),
@@ -154,13 +169,13 @@ def _paragraph(block: Paragraph) -> Flowable:
         ("TOPPADDING", (0, 0), (-1, -1), 4),
         ("BOTTOMPADDING", (0, 0), (-1, -1), 5),
     ]
-    return Grid([[Text(escape(block.text), _style(9.2, after=0))]], colWidths=[_WIDTH], style=style,
+    return Grid([[Text(_told(block.text), _style(9.2, after=0))]], colWidths=[_WIDTH], style=style,
                 spaceBefore=3, spaceAfter=7)  # fmt: skip
 
 
 def _caption(label: str, caption: str, after: float) -> Text:
     return Text(
-        f'<font name="{_BOLD}" color="#1b2330">{label}.</font> {escape(caption)}', _style(8.2, soft=True, after=after)
+        f'<font name="{_BOLD}" color="#1b2330">{label}.</font> {_told(caption)}', _style(8.2, soft=True, after=after)
     )
 
 
@@ -180,7 +195,7 @@ def _table(block: Table, label: str) -> list[list[Flowable]]:
 
     def cells(row: Sequence[str], *, bold: bool, sizes: Sequence[float]) -> list[Flowable]:
         return [
-            Text(escape(cell), _style(sizes[at], bold=bold, after=0, right=at in block.numbers))
+            Text(_told(cell), _style(sizes[at], bold=bold, after=0, right=at in block.numbers))
             for at, cell in enumerate(row)
         ]
 
@@ -201,7 +216,7 @@ def _table(block: Table, label: str) -> list[list[Flowable]]:
         ("BOTTOMPADDING", (0, 0), (-1, -1), 2.5),
     ]
     grid = Grid(rows, colWidths=widths, repeatRows=1, style=style, spaceAfter=4)
-    note: list[Flowable] = [Text(escape(block.note), _style(7.8, soft=True, after=9))] if block.note else [Spacer(1, 6)]
+    note: list[Flowable] = [Text(_told(block.note), _style(7.8, soft=True, after=9))] if block.note else [Spacer(1, 6)]
     caption = _caption(label, block.caption, 3)
     if len(block.rows) <= _KEPT_ROWS:
         return [[Spacer(1, 4), caption, grid, *note]]

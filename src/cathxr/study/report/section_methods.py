@@ -11,6 +11,9 @@ REFERENCES = (
     "Hoenig JM, Heisey DM. The abuse of power. Am Stat 2001;55:19–24.",
     "Holm S. A simple sequentially rejective multiple test procedure. Scand J Stat 1979;6:65–70.",
     "Koch GG. The use of non-parametric methods in the two-period change-over design. Biometrics 1972;28:577–584.",
+    "Liang KY, Zeger SL. Longitudinal data analysis using generalized linear models. Biometrika 1986;73:13–22.",
+    "Mancl LA, DeRouen TA. A covariance estimator for GEE with improved small-sample properties. Biometrics "
+    "2001;57:126–134.",
     "Schluchter MD, Elashoff JT. Small-sample adjustments to tests with unbalanced repeated measures. "
     "J Stat Comput Simul 1990;37:69–87.",
     "Wilcoxon F. Individual comparisons by ranking methods. Biometrics Bull 1945;1:80–83.",
@@ -26,6 +29,12 @@ def methods(analysis: Analysis, libraries: Sequence[tuple[str, str]]) -> list[Bl
         "narrow for few participants. Measures that are compared as ratios enter as logarithms.",
         "The mixed model takes a view to help everybody alike. The AB/BA analysis by person does not; where both "
         "disagree, trust the latter.",
+        "Counts, such as breaches or targets reached: Poisson regression by generalised estimating equations "
+        "(statsmodels GEE) with participants as clusters, working independence, Mancl and DeRouen's covariance, and "
+        "Student's t with participants minus columns degrees of freedom. Only the mean is taken for granted: counts "
+        "may spread more or less than Poisson's. Counts of trials that the limit cut are of what was done until then.",
+        "View × period: the mixed model with this term in the sequence's place, for the primary outcome of studies of "
+        "two views.",
         "Exact tests (SciPy) go over all patterns of signs: with ties up to 16 participants, without always; where "
         "they are approximations, the text says so. Zeros are dropped. The signed-rank and permutation tests do not "
         "take the period out; the rank-sum test of period differences does.",

@@ -3,6 +3,7 @@
 from cathxr.study.analysis.analyse import Analysis, Comparison, OutcomeResult
 from cathxr.study.analysis.data import Measure
 from cathxr.study.analysis.estimates import Estimate, effect_cell, number, p_cell, percent
+from cathxr.study.analysis.model import Model
 from cathxr.study.report.document import Block, Heading, Paragraph, Table
 from cathxr.study.report.figures_times import changes, times_by_participant
 
@@ -16,9 +17,11 @@ def primary(analysis: Analysis) -> list[Block]:
         blocks.append(slopes)
     blocks += [
         _described(analysis, (result,), result.measure.name),
-        Heading("Mixed model", 2),
+        Heading(result.model.name.capitalize(), 2),
         *_model(analysis, result),
     ]
+    if analysis.interaction is not None:
+        blocks += [Heading("Does the view do the same in both periods?", 2), *_interaction(analysis)]
     if analysis.uncut is not None and analysis.uncut.view is not None:
         blocks.append(
             Paragraph(
@@ -58,24 +61,25 @@ def secondary(analysis: Analysis) -> list[Block]:
                 (
                     result.measure.name,
                     term.column.level,
-                    effect_cell(term.effect, result.measure),
+                    effect_cell(term.effect, result.model.measure),
                     p_cell(term.p),
                     p_cell(holm),
                     p_cell(exact.p if exact else None),
                 )
             )
         if result.model.why:
-            rows.append((result.measure.name, "–", result.model.why, "–", "–", "–"))
+            rows += _without_model(result)
     level = percent(1.0 - analysis.data.alpha)
     blocks.append(
         Table(
-            f"Views compared by the mixed model, {level} intervals; ×: ratio of geometric means, else a difference.",
+            f"Views compared, {level} intervals. ×: a ratio, of counts that of their means by the model for counts, "
+            "else that of geometric means by the mixed model; the others are differences by the mixed model.",
             ("outcome", "view", f"effect ({level} interval)", "p", "p, Holm", "p, signed-rank"),
             tuple(rows),
             numbers=(3, 4, 5),
             note=(
                 "Holm: corrected for the number of rows. Bold: differs after the correction. Signed-rank: exact, each "
-                "participant once, not corrected, period not taken out."
+                "participant once, not corrected, period not taken out. A row without a model is not in the correction."
             ),
             strong=tuple(strong),
             widths=(1.9, 1.1, 2.7, 0.9, 0.9, 1.5),
@@ -115,25 +119,26 @@ def _described(analysis: Analysis, results: tuple[OutcomeResult, ...], caption: 
 
 
 def _model(analysis: Analysis, result: OutcomeResult) -> list[Block]:
-    model, measure = result.model, result.measure
+    model, measure = result.model, result.model.measure
     if model.why:
         return [Paragraph(model.why, "warning")]
     level = percent(1.0 - analysis.data.alpha)
     rows = tuple(
         (each.column.name, effect_cell(each.effect, measure), f"{each.dof:.0f}", p_cell(each.p)) for each in model.terms
     )
-    scale = "log of the measure: effects are ratios" if measure.log else "measure as it is: effects are differences"
+    note = f"{model.trials} trials of {model.participants} participants. "
+    if model.sd_participant is not None and model.sd_residual is not None:
+        note += (
+            f"Standard deviation between participants {number(model.sd_participant)}, within "
+            f"{number(model.sd_residual)} (on the model's scale). "
+        )
     blocks: list[Block] = [
         Table(
-            f"{measure.name} ~ view + period + sequence + trial + (1 | participant), on the {scale}.",
+            f"{measure.name} {_formula(model)}.",
             ("term", f"effect ({level} interval)", "df", "p"),
             rows,
             numbers=(2, 3),
-            note=(
-                f"{model.trials} trials of {model.participants} participants. Standard deviation between participants "
-                f"{number(model.sd_participant)}, within {number(model.sd_residual)} (on the model's scale). "
-                "view: against " + analysis.data.conditions[0].name + "."
-            ),
+            note=f"{note}view: against {analysis.data.conditions[0].name}.",
             strong=tuple(at for at, each in enumerate(model.terms) if each.column.kind == "view"),
             widths=(2.2, 3.0, 0.6, 0.8),
         ),
@@ -143,6 +148,49 @@ def _model(analysis: Analysis, result: OutcomeResult) -> list[Block]:
     if others:
         blocks.append(Paragraph(" ".join(others), "reading"))
     return [*blocks, *(Paragraph(each, "small") for each in model.remarks)]
+
+
+def _formula(model: Model) -> str:
+    """Return the model's formula and scale, as a caption goes on."""
+    if model.kind == "counts":
+        return "~ view + period + trial, Poisson regression with robust errors by participant: effects are ratios"
+    scale = "log of the measure: effects are ratios" if model.measure.log else "measure as it is: differences"
+    return f"~ view + period + sequence + trial + (1 | participant), on the {scale}"
+
+
+def _without_model(result: OutcomeResult) -> list[tuple[str, ...]]:
+    """Return the rows of an outcome that has no model: why, and the exact test of each view."""
+    if not result.comparisons:
+        return [(result.measure.name, "–", result.model.why, "–", "–", "–")]
+    return [
+        (result.measure.name, each.subject.name, result.model.why, "–", "–",
+         p_cell(each.wilcoxon.p if each.wilcoxon else None))
+        for each in result.comparisons
+    ]  # fmt: skip
+
+
+def _interaction(analysis: Analysis) -> list[Block]:
+    found, level = analysis.interaction, percent(1.0 - analysis.data.alpha)
+    assert found is not None
+    rows = (
+        ("view, in period 1", effect_cell(found.first, found.measure), f"{found.dof:.0f}", "–"),
+        ("view, in period 2", effect_cell(found.second, found.measure), f"{found.dof:.0f}", "–"),
+        ("view × period", effect_cell(found.change, found.measure), f"{found.dof:.0f}", p_cell(found.p)),
+    )
+    return [
+        Table(
+            "The mixed model with view × period in the sequence's place.",
+            ("term", f"effect ({level} interval)", "df", "p"),
+            rows,
+            numbers=(2, 3),
+            note="view × period: its effect in period 2 against that in period 1. In a study of two orders this is "
+            "also the carry-over, and the difference between the two groups: one number that cannot be taken apart. It "
+            "chooses no analysis.",
+            strong=(2,),
+            widths=(2.2, 3.0, 0.6, 0.8),
+        ),
+        Paragraph(found.reading, "warning" if found.change.excludes_zero else "reading"),
+    ]
 
 
 def _person_by_person(comparison: Comparison, measure: Measure, alpha: float) -> list[Block]:

@@ -43,6 +43,11 @@ def plane_angle(run: Run) -> Measure:
     return _at_reached(run, ("plane",), lambda each: each.angle_deg, "view")
 
 
+def plane_direction(run: Run) -> Measure:
+    """Return the mean angle between the beam and the wanted view's beam when reached, degrees."""
+    return _at_reached(run, ("plane",), lambda each: each.up_deg, "view")
+
+
 def plane_offset(run: Run) -> Measure:
     """Return the mean distance of the image plane from the wanted place when reached, mm."""
     return _at_reached(run, ("plane",), lambda each: each.distance_mm, "view")

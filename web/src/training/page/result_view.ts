@@ -5,7 +5,7 @@ import { make, setText } from "../../ui/dom";
 import type { Desk } from "../desk";
 import type { TrainingModel } from "../model";
 import { spark } from "../spark";
-import { BETTER, outcomeWords, runWords, standingWords, timeLeft, trend, valueWords } from "../words";
+import { BETTER, outcomeWords, runWords, standingWords, tookWords, trend, valueWords } from "../words";
 import { button, say, svg } from "./parts";
 
 /** As many are shown at first (training.css has the same number). */
@@ -44,7 +44,7 @@ export class ResultView {
     this.element.hidden = result === null;
     if (result === null) return;
     this.element.dataset["outcome"] = result.outcome;
-    setText(this.title, `${outcomeWords(result)} in ${timeLeft(result.active_s)}`);
+    setText(this.title, `${outcomeWords(result)} in ${tookWords(result.active_s)}`);
     say(this.who, run === null ? "" : runWords(run));
     say(this.sentence, result.sentence);
     say(this.invalid, result.invalid === "" ? "" : `It does not count: ${result.invalid}`);

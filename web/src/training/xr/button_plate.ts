@@ -1,17 +1,19 @@
 /** A plate with buttons that stands in a headset's room: before its wearer, to be moved by its bar, pressed by ray, pinch or fingertip. */
 
-import { Quaternion, Vector3 } from "three";
+import { Box3, Quaternion, Vector3 } from "three";
 import type { PointerPhase } from "../../flat/plate";
 import type { Stage } from "../../stage/stage";
 import type { Rect } from "../../xr/canvas_plate";
 import { box, CanvasPlate, contains, INK, write } from "../../xr/canvas_plate";
 import { facing } from "../../xr/interaction";
 import { levelForward } from "../../xr/placement";
+import { raisedM } from "./above";
 
 const SHARPNESS = 2.2;
 const REDRAW_MS = 60;
 export const BAR_MM = 42;
 export const EM = { title: 24, text: 18.2, small: 16.6 } as const;
+const bounds = new Box3();
 const work = { forward: new Vector3(), place: new Vector3(), turn: new Quaternion() };
 
 /** A button: where it is, mm from the plate's upper left corner, and what it does. */
@@ -54,6 +56,8 @@ export abstract class ButtonPlate extends CanvasPlate {
       return;
     }
     if (!this.group.visible) this.stand();
+    // the layout of the pictures makes that list anew when a setting changes, and what is not in it cannot be pressed
+    if (!this.stage.plates.includes(this)) this.stage.plates.push(this);
     if (!this.stale || nowMs - this.drawnMs < REDRAW_MS) return;
     this.stale = false;
     this.drawnMs = nowMs;
@@ -109,12 +113,20 @@ export abstract class ButtonPlate extends CanvasPlate {
     levelForward(head, work.forward);
     work.place.copy(head.position).addScaledVector(work.forward, this.aheadM);
     work.place.y -= this.belowM;
+    work.place.y += this.aboveTheHeart(head.position);
     this.group.position.copy(work.place);
     this.group.quaternion.copy(facing(work.turn, work.place, head.position));
     this.group.updateMatrixWorld(true);
     this.group.visible = this.stale = true;
     this.drawnMs = -Infinity;
-    if (!this.stage.plates.includes(this)) this.stage.plates.push(this);
+  }
+
+  private aboveTheHeart(head: Vector3): number {
+    const thing = this.stage.view.box.getObjectByName("roi");
+    if (thing === undefined) return 0;
+    const { widthMm, heightMm, aheadM } = this;
+    const lowerM = work.place.y - heightMm / 2000;
+    return raisedM(bounds.setFromObject(thing), { head, forward: work.forward, aheadM, lowerM, halfWidthM: widthMm / 2000 });
   }
 
   private hide(): void {

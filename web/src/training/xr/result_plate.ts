@@ -5,7 +5,7 @@ import type { Stage } from "../../stage/stage";
 import { wrapped } from "../../guide/xr_layout";
 import { box, INK, write } from "../../xr/canvas_plate";
 import type { Desk } from "../desk";
-import { BETTER, chiefLines, outcomeWords, standingWords, timeLeft, trend, valueWords } from "../words";
+import { BETTER, chiefLines, outcomeWords, standingWords, tookWords, trend, valueWords } from "../words";
 import type { Spot } from "./button_plate";
 import { BAR_MM, ButtonPlate, EM } from "./button_plate";
 
@@ -71,7 +71,7 @@ export class ResultPlate extends ButtonPlate {
     if (result === null) return;
     const full = { x: MARGIN, w: WIDTH - 2 * MARGIN };
     const good = result.outcome === "completed" && result.invalid === "";
-    write(context, `${outcomeWords(result)} in ${timeLeft(result.active_s)}`, { ...full, y: BAR_MM + 6, h: 40 }, EM.title, good ? INK.good : INK.warn, "left", 650);
+    write(context, `${outcomeWords(result)} in ${tookWords(result.active_s)}`, { ...full, y: BAR_MM + 6, h: 40 }, EM.title, good ? INK.good : INK.warn, "left", 650);
     const words = result.invalid === "" ? result.sentence : `It does not count: ${result.invalid}`;
     wrapped(context, words, full.w, EM.small).slice(0, 2).forEach((line, at) => {
       write(context, line, { ...full, y: BAR_MM + 48 + 24 * at, h: 24 }, EM.small, result.invalid === "" ? INK.soft : INK.warn);

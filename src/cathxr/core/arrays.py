@@ -10,6 +10,12 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 PixelArray = NDArray[np.uint8]
 
+NONE: FloatArray = np.empty(0)
+NONE_PAIRS: FloatArray = np.empty((0, 2))
+"""Nothing measured, read-only: numbers and pairs of numbers."""
+NONE.setflags(write=False)
+NONE_PAIRS.setflags(write=False)
+
 
 def checked(name: str, values: Any, shape: Sequence[int | None]) -> FloatArray:
     """Return `values` as a read-only, finite float64 array of `shape` (None: any length).
@@ -17,6 +23,8 @@ def checked(name: str, values: Any, shape: Sequence[int | None]) -> FloatArray:
     Raises:
         ValueError: the shape differs or a value is not finite.
     """
+    if (values is NONE and tuple(shape) == (None,)) or (values is NONE_PAIRS and tuple(shape) == (None, 2)):
+        return NONE if values is NONE else NONE_PAIRS  # what records most often have not: nothing to look at
     array = np.array(values, dtype=np.float64)
     if len(array.shape) != len(shape):
         raise _shaped(name, shape, array)

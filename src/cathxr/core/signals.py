@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from cathxr.core.arrays import FloatArray, PixelArray, checked
+from cathxr.core.arrays import NONE, NONE_PAIRS, FloatArray, PixelArray, checked
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,11 +64,11 @@ class RollStatus:
 
 
 def _none_px() -> FloatArray:
-    return np.empty((0, 2))
+    return NONE_PAIRS
 
 
 def _none() -> FloatArray:
-    return np.empty(0)
+    return NONE
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +132,7 @@ class Detection:
         if self.tip_sigma_px is not None and not (np.isfinite(self.tip_sigma_px) and self.tip_sigma_px >= 0):
             raise ValueError(f"tip_sigma_px: expected a finite number of at least 0, got {self.tip_sigma_px}")
         sizes = (self.sigma_px, self.half_width_px, self.end_sigma_px, self.rim_sigma_px)
-        least = min(each.min(initial=0.0) for each in sizes)
-        if least < 0:
+        if any(len(each) and each.min() < 0 for each in sizes):
             raise ValueError("Detection: expected sigmas and half widths of at least 0")
         found = self.reason is None
         given = (self.tip_px is not None, self.tip_sigma_px is not None, count > 0)

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 
 from cathxr.core import Detection, FloatArray, Image, PixelArray, Rig, Track
+from cathxr.core.arrays import NONE, NONE_PAIRS
 from cathxr.geometry import CameraModel, arc_length
 from cathxr.vision.midline import Midline, measured
 from cathxr.vision.near import NearDetector
@@ -81,7 +82,7 @@ class ModelDetector:
                 self._near.learn(found)
             elif near is not None:
                 found = near[0]
-        rim, rim_sigma = (np.empty((0, 2)), np.empty(0)) if self._rim is None else (self._rim.points, self._rim.sigma)
+        rim, rim_sigma = (NONE_PAIRS, NONE) if self._rim is None else (self._rim.points, self._rim.sigma)
         if isinstance(found, str):
             return Detection(
                 self._camera, image.seq, image.t_ns, reason=found, repeats=repeats, rim_px=rim, rim_sigma_px=rim_sigma

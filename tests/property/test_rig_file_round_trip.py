@@ -7,7 +7,19 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cathxr.core import Catheter, Intrinsics, Marker, Pose, Provenance, Rig, RigCamera, Roi, Roll, Timing
+from cathxr.core import (
+    LONGEST_READOUT_S,
+    Catheter,
+    Intrinsics,
+    Marker,
+    Pose,
+    Provenance,
+    Rig,
+    RigCamera,
+    Roi,
+    Roll,
+    Timing,
+)
 from cathxr.storage.rig_file import rig_from_text, rig_to_text
 
 number = st.floats(-1e6, 1e6)
@@ -84,6 +96,7 @@ def rigs(draw):
     timing = Timing(
         draw(number), draw(number), draw(number), draw(number),
         draw(provenances({"top_latency_s": 0, "front_offset_s": 0})),
+        draw(st.floats(0.0, LONGEST_READOUT_S)), draw(st.floats(0.0, LONGEST_READOUT_S)),
     )  # fmt: skip
     catheter = Catheter(
         draw(text), draw(st.floats(0.1, 20.0)), draw(st.none() | number), draw(st.none() | st.floats(1.0, 360.0)),

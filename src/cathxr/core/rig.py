@@ -185,9 +185,9 @@ class Timing:
     front_latency_s: float = 0.0
     encoder_latency_s: float = 0.0
     front_offset_s: float = 0.0
+    provenance: Provenance = field(default_factory=Provenance)
     top_readout_s: float = 0.0
     front_readout_s: float = 0.0
-    provenance: Provenance = field(default_factory=Provenance)
 
     def __post_init__(self) -> None:
         for name in ("top_readout_s", "front_readout_s"):

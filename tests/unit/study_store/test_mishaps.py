@@ -5,6 +5,8 @@ import shutil
 import sqlite3
 import subprocess
 import sys
+import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -148,12 +150,18 @@ def test_a_full_disk(tmp_path: Path) -> None:
         assert_sound(place)
 
 
-def test_a_full_disk_of_the_databases_server(tmp_path: Path, postgres_server: PostgresServer, key: str) -> None:
+@pytest.fixture
+def open_path() -> Iterator[Path]:
+    """A folder that other users may go into, which pytest's own are not."""
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder).chmod(0o755)
+        yield Path(folder)
+
+
+def test_a_full_disk_of_the_databases_server(open_path: Path, postgres_server: PostgresServer, key: str) -> None:
     # The database's tables lie on a disk of their own; the server's log of changes has room, as it has to.
     psycopg = pytest.importorskip("psycopg")
-    with small_disk(tmp_path / "disk", megabytes=16) as disk:
-        for folder in (tmp_path, *tmp_path.parents[:2]):
-            folder.chmod(0o755)  # the server is another user
+    with small_disk(open_path / "disk", megabytes=16) as disk:
         tables = disk / "tables"
         tables.mkdir()
         if postgres_server.user is not None:
@@ -162,17 +170,19 @@ def test_a_full_disk_of_the_databases_server(tmp_path: Path, postgres_server: Po
             boss.execute(f"CREATE TABLESPACE small LOCATION '{tables}'")
             try:
                 boss.execute("CREATE DATABASE small TABLESPACE small")
-                _fill_and_check(postgres_server.address.rsplit("/", 1)[0] + "/small", disk / "ballast", key)
+                place = postgres_server.address.rsplit("/", 1)[0] + "/small"
+                _fill_and_check(place, disk / "ballast", key, settle=lambda: boss.execute("CHECKPOINT"))
             finally:
                 boss.execute("DROP DATABASE IF EXISTS small WITH (FORCE)")
                 boss.execute("DROP TABLESPACE small")
 
 
-def _fill_and_check(place: str, ballast: Path, key: str) -> None:
+def _fill_and_check(place: str, ballast: Path, key: str, *, settle: Callable[[], object]) -> None:
     with StudyStore.create(place, study=key, seed=1, software="1", at=AT) as store:
         store.enrol(Participant("P01"), at=AT)
+        settle()  # what the server has in memory only takes its room now
         room = shutil.disk_usage(ballast.parent).free
-        ballast.write_bytes(b"x" * (room - 600_000))
+        ballast.write_bytes(b"x" * (room - 1_200_000))
         said, _ = writer(place, key, "P01", "full").communicate(timeout=300)
         ballast.unlink()
         check_refused(store, said)

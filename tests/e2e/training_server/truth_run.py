@@ -59,5 +59,5 @@ def _with_truth(source: str, config: Any, *, clock: Clock) -> live_parts.LivePar
 
 if __name__ == "__main__":
     live_parts.live_parts = _with_truth
-    run_command.prepare = lambda method: None
+    run_command.prepare = lambda *_: None
     run_command.run()

@@ -2,8 +2,10 @@
 
 import os
 import signal
+import threading
 from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
 from pathlib import Path
 
 from cathxr.training.metrics import Depth
@@ -26,6 +28,15 @@ def _calm() -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
     if hasattr(os, "nice"):
         os.nice(_NICENESS)
+    threading.Thread(target=_end_with_parent, name="cathxr-parent", daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """End this process when the live system has gone, also where that was killed and could not say so."""
+    parent = parent_process()
+    if parent is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 def _made(heart: Path | None) -> Depth | None:

@@ -14,23 +14,7 @@ from cathxr.runtime.training_nouns import Known
 from cathxr.runtime.training_say import survey_message
 from cathxr.runtime.training_surveys import checked_answers, with_answers
 
-OWN = """schema = "cathxr-survey/1"
-key = "course"
-name = "After the course"
-instruction = "Please answer from 1 to 5."
-[scale]
-minimum = 1.0
-maximum = 5.0
-low = "not at all"
-high = "very"
-[[items]]
-key = "clear"
-text = "How clear was the task?"
-[[items]]
-key = "remark"
-text = "Anything else?"
-kind = "words"
-"""
+from ..training_support.surveys import WITH_WORDS
 
 
 def _run(*arguments: object, typed: str = "") -> str:
@@ -48,7 +32,7 @@ def folder(tmp_path: Path) -> Path:
     design += '\n[[surveys]]\nsurvey = "course"\nasked = "end"\n'
     (made / "study.toml").write_text(design, encoding="utf-8", newline="\n")
     (made / "surveys").mkdir(exist_ok=True)
-    (made / "surveys" / "course.toml").write_text(OWN, encoding="utf-8", newline="\n")
+    (made / "surveys" / "course.toml").write_text(WITH_WORDS, encoding="utf-8", newline="\n")
     _run("study", "init", made)
     for code in ("P01", "P02", "P03"):
         _run("study", "allocate", code, "--study", made)

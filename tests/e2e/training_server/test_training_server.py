@@ -13,6 +13,7 @@ from cathxr.core import Status
 from cathxr.runtime.training_recordings import recorded_trial
 from cathxr.storage.study_store import StudyStore
 
+from ...training_support.surveys import WITH_WORDS
 from .conftest import Place
 from .kit import Operator
 
@@ -96,25 +97,6 @@ def test_a_session_from_the_link_and_one_that_is_killed(place: Place, operator: 
         assert store.unfinished() == ()
 
 
-OWN = """schema = "cathxr-survey/1"
-key = "course"
-name = "After the course"
-instruction = "Please answer from 1 to 5."
-[scale]
-minimum = 1.0
-maximum = 5.0
-low = "not at all"
-high = "very"
-[[items]]
-key = "clear"
-text = "How clear was the task?"
-[[items]]
-key = "remark"
-text = "Anything else?"
-kind = "words"
-"""
-
-
 @pytest.mark.proof
 def test_a_study_on_rendered_pictures_with_the_real_tracker(place: Place, operator: Operators) -> None:
     folder = place.folder / "study"
@@ -126,7 +108,7 @@ def test_a_study_on_rendered_pictures_with_the_real_tracker(place: Place, operat
         head + '[[surveys]]\nsurvey = "course"\nasked = "each"\n', encoding="utf-8", newline="\n"
     )
     (folder / "surveys").mkdir(exist_ok=True)
-    (folder / "surveys" / "course.toml").write_text(OWN, encoding="utf-8", newline="\n")
+    (folder / "surveys" / "course.toml").write_text(WITH_WORDS, encoding="utf-8", newline="\n")
     study("init", str(folder))
     study("allocate", "P01", "--study", str(folder))
     with place.running("--study", str(folder), rendered=True) as (_, port):

@@ -7,7 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cathxr.core import FloatArray
-from cathxr.vision.profiles import cross, edge, sample
+from cathxr.vision.profiles import cross, edge, sample, settled
+from cathxr.vision.raw import EDGE_SHARE, inner_px
 from cathxr.vision.segmentation import MatteArray
 
 SPACING_PX = 2.5
@@ -195,7 +196,7 @@ def cap_centre(
     blur^2 / (2 R): undone here.
     """
     apparent = radius - blur * blur / (2.0 * radius)
-    level = 0.5 * plateau
+    level, inner = EDGE_SHARE * plateau, inner_px(2.0 * radius)
     centres = np.empty(_RAYS)
     count = 0
     for i in range(_RAYS):
@@ -203,8 +204,9 @@ def cap_centre(
         for back in (2.0, 1.0):
             x = position[0] - offset * direction[1] - back * radius * direction[0]
             y = position[1] + offset * direction[0] - back * radius * direction[1]
-            distance, _ = edge(matte, x, y, direction[0], direction[1], 5.0 * radius, level)
-            if distance >= 0.0:
+            found = edge(matte, x, y, direction[0], direction[1], 5.0 * radius, level)
+            if found[0] >= 0.0:
+                distance, _ = settled(matte, x, y, direction[0], direction[1], found, inner)
                 centres[count] = distance - back * radius - math.sqrt(max(apparent * apparent - offset * offset, 0.0))
                 count += 1
                 break
@@ -225,7 +227,7 @@ def end_outline(
     """
     points = np.empty((END_RAYS, 2))
     count = 0
-    level = 0.5 * plateau
+    level, inner = EDGE_SHARE * plateau, inner_px(2.0 * radius)
     if sample(matte, centre[0], centre[1]) < level:
         return points[:0]
     for i in range(END_RAYS):
@@ -233,8 +235,9 @@ def end_outline(
         c, s = math.cos(angle), math.sin(angle)
         dx = c * direction[0] - s * direction[1]
         dy = s * direction[0] + c * direction[1]
-        distance, _ = edge(matte, centre[0], centre[1], dx, dy, END_FAR * radius, level)
-        if distance > 0.3 * radius:
+        found = edge(matte, centre[0], centre[1], dx, dy, END_FAR * radius, level)
+        if found[0] > 0.3 * radius:
+            distance, _ = settled(matte, centre[0], centre[1], dx, dy, found, inner)
             distance += blur * blur / (2.0 * radius)
             points[count, 0] = centre[0] + distance * dx
             points[count, 1] = centre[1] + distance * dy

@@ -238,9 +238,12 @@ class ModelDetector:
         suspicious = max(0.4 * seen, 8.0 * (width / step) ** 2)
         if int(np.count_nonzero(rest)) <= suspicious:
             return None
-        _, _, stats, _ = cv2.connectedComponentsWithStats(rest, connectivity=8)
-        other = int(stats[1:, cv2.CC_STAT_AREA].max())
-        return "more than one thing looks like a catheter" if other > suspicious else None
+        # what hangs together with the midline is one silhouette: its rim says whether one catheter explains it
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
+        own = np.unique(labels[(mask > 0) & (rest == 0)])
+        areas = stats[:, cv2.CC_STAT_AREA].copy()
+        areas[own] = areas[0] = 0
+        return "more than one thing looks like a catheter" if int(areas.max()) > suspicious else None
 
 
 def _axis(model: CameraModel, rig: Rig) -> _Axis:

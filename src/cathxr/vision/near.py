@@ -107,7 +107,7 @@ class NearDetector:
             self._tracks = (self._tracks[1], predicted)
         before, shape = self._tracks[0], predicted.shape_box
         age_ns = t_ns - predicted.t_ns
-        if shape is None or predicted.status is Status.LOST or not 0 <= age_ns <= _OLDEST_NS:
+        if shape is None or predicted.status is not Status.TRACKED or not 0 <= age_ns <= _OLDEST_NS:
             return 0
         if len(shape) > MOST_TRACK_POINTS:
             return 0

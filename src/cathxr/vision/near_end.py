@@ -9,7 +9,7 @@ from cathxr.geometry.medians import median_of
 from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, set_normals, smooth
 from cathxr.vision.near_expected import ALONE, BENT, expect, offset_from
 from cathxr.vision.near_kernels import sections_near
-from cathxr.vision.raw import apart, dark_edge, grey_at, light_at, light_gain
+from cathxr.vision.raw import EDGE_SHARE, apart, dark_edge, grey_at, inner_px, light_at, light_gain, settled_edge
 
 FOUND, NOTHING = 1, 0
 _LEAST_SHARE = 0.75
@@ -21,6 +21,8 @@ _ROUND_PX = 0.3
 """An end whose outline is off a circle by more than these, share of the radius and px, is looked at in full."""
 _NEAR_SECTIONS = 8
 _END_SECTIONS = 12
+_OWN_SECTIONS = 5
+"""An end is as dark as so many sections next to it, and another part of the tube may have another colour."""
 _CIRCLE_ROUNDS = 3
 _CAP_REACH_RAD = 1.3
 _LEAST_SIGMA_PX = 0.02
@@ -60,6 +62,7 @@ def measure(source, count, radius_mm, ratio, plateau, camera, size, work):  # ty
         return nothing
     radius = 0.5 * _median(work, total, 1, _END_SECTIONS)
     wide, own, slope = _median(work, total, 1, total), _median(work, total, 2, total), _median(work, total, 3, total)
+    end_own = _median(work, total, 2, _OWN_SECTIONS)
     blur = min(max(own / max(slope, 1e-6) / math.sqrt(2.0 * math.pi), 0.3), max(0.5 * radius, 0.3))
     x, y = work.path[0, 0], work.path[0, 1]
     dx, dy = tip_u - x, tip_v - y
@@ -71,7 +74,7 @@ def measure(source, count, radius_mm, ratio, plateau, camera, size, work):  # ty
     if first < _NEAR_SECTIONS:  # the nearest sections say how far the end lies to the side of where it was expected
         ox, oy = offset_from(work.path, known, work.points[first, 0], work.points[first, 1])
         x, y = x + ox, y + oy
-    x, y, outlined, rms = end_near(lit, x, y, dx, dy, radius, own, blur, work.outline)
+    x, y, outlined, rms = end_near(lit, x, y, dx, dy, radius, end_own, blur, work.outline)
     points, sigma = _line_with_end(work, total, x, y, dx, dy, radius)
     if points <= _LEAST_SECTIONS:
         return nothing
@@ -104,7 +107,7 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
     is no end there. The light is taken to change evenly over the end.
     """
     pixels = source[0]
-    through = 1.0 - 0.5 * plateau
+    through = 1.0 - EDGE_SHARE * plateau
     begun_x, begun_y = x, y
     tries = 0
     while not grey_at(pixels, x, y, 1e9) <= through * light_at(source, x, y):  # beyond the end: come back on the tube
@@ -116,6 +119,7 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
     by_x = (light_at(source, x + radius, y) - light_at(source, x - radius, y)) / (2.0 * radius)
     by_y = (light_at(source, x, y + radius) - light_at(source, x, y - radius)) / (2.0 * radius)
     apparent = radius - blur * blur / (2.0 * radius)
+    inner = inner_px(2.0 * radius)
     count = 0
     rms = -1.0
     for _ in range(_CIRCLE_ROUNDS):
@@ -129,9 +133,10 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
             c, s = math.cos(angle), math.sin(angle)
             dx, dy = c * ax - s * ay, s * ax + c * ay
             tilt = through * (by_x * dx + by_y * dy)
-            distance, _ = dark_edge(pixels, x, y, dx, dy, END_FAR * radius, bright, tilt)
-            if distance < 0.0:
+            found = dark_edge(pixels, x, y, dx, dy, END_FAR * radius, bright, tilt)
+            if found[0] < 0.0:
                 continue
+            distance, _ = settled_edge(pixels, x, y, dx, dy, found, inner, bright / through, tilt / through)
             outline[count, 0] = x + (distance + radius - apparent) * dx
             outline[count, 1] = y + (distance + radius - apparent) * dy
             count += 1

@@ -7,7 +7,7 @@ from numba import njit
 from cathxr.vision.midline_kernels import set_normals, smooth
 from cathxr.vision.near_expected import spread
 from cathxr.vision.near_work import MOST_POINTS
-from cathxr.vision.raw import STEP_PX, dark_edge, grey_at, light_at
+from cathxr.vision.raw import EDGE_SHARE, STEP_PX, dark_edge, grey_at, inner_px, light_at, settled_edge
 
 SPACING_PX = 4.0
 _LEAST_LENGTH_SHARE = 0.15
@@ -72,7 +72,7 @@ def rough_near(source, x, y, nx, ny, width, plateau):  # type: ignore[no-untyped
     """
     pixels = source[0]
     light = light_at(source, x, y)
-    limit = (1.0 - 0.5 * plateau) * light
+    limit = (1.0 - EDGE_SHARE * plateau) * light
     start = 0.0
     if grey_at(pixels, x, y, 1e9) > limit:
         for i in range(1, int(0.75 * width / STEP_PX) + 1):
@@ -116,17 +116,31 @@ def section_near(source, x, y, nx, ny, width):  # type: ignore[no-untyped-def]
         offset = 0.1 * i * width
         behind = middle + offset * change
         own += 0.2 * (1.0 - grey_at(pixels, x + offset * nx, y + offset * ny, behind) / behind)
-    through = 1.0 - 0.5 * own
+    through = 1.0 - EDGE_SHARE * own
     inner = 0.22 * width
-    limit, tilt = through * (middle + inner * change), through * change
-    right, fall_right = dark_edge(pixels, x + inner * nx, y + inner * ny, nx, ny, half, limit, tilt)
+    right, fall_right = _edge_near(pixels, x, y, nx, ny, (width, inner, through), middle, change)
     if right < 0.0:
         return 0.0, -1.0, 0.0, 0.0
-    limit = through * (middle - inner * change)
-    left, fall_left = dark_edge(pixels, x - inner * nx, y - inner * ny, -nx, -ny, half, limit, -tilt)
+    left, fall_left = _edge_near(pixels, x, y, -nx, -ny, (width, inner, through), middle, -change)
     if left < 0.0:
         return 0.0, -1.0, 0.0, 0.0
-    return 0.5 * (right - left), right + left + 2.0 * inner, own, 0.5 * (fall_left + fall_right) / middle
+    return 0.5 * (right - left), right + left, own, 0.5 * (fall_left + fall_right) / middle
+
+
+@njit(cache=True, nogil=True)
+def _edge_near(pixels, x, y, nx, ny, shape, light, change):  # type: ignore[no-untyped-def]
+    """Return (distance, fall) of the tube's edge from its middle (x, y) along the unit (nx, ny); distance < 0: none.
+
+    shape: (width, where the search begins, the share of the light that an edge is looked for at). light + change times the distance:
+    the back-light.
+    """
+    width, inner, through = shape
+    found = dark_edge(
+        pixels, x + inner * nx, y + inner * ny, nx, ny, 0.7 * width, through * (light + inner * change), through * change
+    )
+    if found[0] < 0.0:
+        return found
+    return settled_edge(pixels, x, y, nx, ny, (found[0] + inner, found[1]), inner_px(width), light, change)
 
 
 @njit(cache=True, nogil=True)

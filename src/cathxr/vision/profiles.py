@@ -7,7 +7,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from cathxr.core import FloatArray
-from cathxr.vision.raw import RawSource, grey_at, light_at
+from cathxr.vision.raw import EDGE_SHARE, SETTLE_PX, RawSource, grey_at, inner_px, light_at
 from cathxr.vision.segmentation import MatteArray
 
 SAMPLE_PX = 0.5
@@ -90,6 +90,29 @@ def edge(
 
 
 @njit(cache=True, nogil=True)
+def settled(
+    matte: MatteArray, x: float, y: float, dx: float, dy: float, found: tuple[float, float], inner: float
+) -> tuple[float, float]:
+    """Return (distance, slope) of an edge that `edge` found: half as dark as `inner` px inside it. As `settled_edge`."""
+    distance, slope = found
+    if distance < inner:
+        return distance, slope
+    deep = distance - inner
+    level = 0.5 * sample(matte, x + deep * dx, y + deep * dy)
+    away = max(distance - SETTLE_PX, deep)
+    before = sample(matte, x + away * dx, y + away * dy)
+    if before < level:
+        return distance, slope
+    while away < distance + SETTLE_PX:
+        away += SAMPLE_PX
+        value = sample(matte, x + away * dx, y + away * dy)
+        if value < level:
+            return away - SAMPLE_PX * (1.0 - (before - level) / (before - value)), (before - value) / SAMPLE_PX
+        before = value
+    return distance, slope
+
+
+@njit(cache=True, nogil=True)
 def cross(
     matte: MatteArray, x: float, y: float, nx: float, ny: float, width: float, plateau: float
 ) -> tuple[float, float, float, float]:
@@ -98,7 +121,7 @@ def cross(
     `width` and `plateau` are what is expected. offset: of the section's middle along the normal. width < 0: no tube
     there; width = 0: something, but wider than twice the tube.
     """
-    level = 0.5 * plateau
+    level = EDGE_SHARE * plateau
     start = 0.0
     best = sample(matte, x, y)
     if best < level:  # look a little to both sides, nearest first
@@ -122,8 +145,8 @@ def cross(
     slope_right = 0.0
     left = 0.0
     right = 0.0
-    own = plateau
-    for _ in range(2):  # again with half of this section's own plateau as the level
+    own, at = plateau, start
+    for _ in range(2):  # again with this section's own plateau
         right, slope_right = edge(matte, x + start * nx, y + start * ny, nx, ny, reach, level)
         left, slope_left = edge(matte, x + start * nx, y + start * ny, -nx, -ny, reach, level)
         if right < 0.0 or left < 0.0 or right + left > 2.0 * width:
@@ -133,6 +156,9 @@ def cross(
         for i in range(-2, 3):
             offset = middle + 0.1 * i * (right + left)
             own += 0.2 * sample(matte, x + offset * nx, y + offset * ny)
+        at, level = start, EDGE_SHARE * own
         start = middle
-        level = 0.5 * own
-    return start + 0.5 * (right - left), right + left, own, 0.5 * (slope_left + slope_right)
+    x, y, inner = x + at * nx, y + at * ny, inner_px(right + left)
+    right, slope_right = settled(matte, x, y, nx, ny, (right, slope_right), inner)
+    left, slope_left = settled(matte, x, y, -nx, -ny, (left, slope_left), inner)
+    return at + 0.5 * (right - left), right + left, own, 0.5 * (slope_left + slope_right)

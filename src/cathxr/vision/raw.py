@@ -13,6 +13,13 @@ from cathxr.vision.segmentation import MatteArray
 STEP_PX = 0.5
 """Distance between samples where an edge is looked for."""
 
+EDGE_SHARE = 0.35
+"""An edge is looked for at this share of a tube's darkness, less than half, for one side of it may be lit; see
+`settled_edge`."""
+SETTLE_PX = 1.25
+"""How far from there an edge may lie."""
+_INNER_PX, _INNER_WIDTHS = 2.0, 0.35
+
 RawSource = tuple[PixelArray, MatteArray, float, float]
 """A back-lit picture as it is, the back-light at reduced size, pixels for each of its own, and the light's gain since.
 
@@ -111,6 +118,40 @@ def dark_edge(pixels, x, y, dx, dy, reach, bright, slope):  # type: ignore[no-un
             return distance - STEP_PX * (1.0 - before / (before - dark)), (before - dark) / STEP_PX
         before = dark
     return -1.0, 0.0
+
+
+@njit(cache=True, nogil=True)
+def inner_px(width):  # type: ignore[no-untyped-def]
+    """Return how far inside its edge a tube's own darkness is looked at: beyond the blur, and before the middle."""
+    return min(_INNER_PX, _INNER_WIDTHS * width)
+
+
+@njit(cache=True, nogil=True)
+def settled_edge(pixels, x, y, dx, dy, found, inner, light, slope):  # type: ignore[no-untyped-def]
+    """Return (distance, fall) of an edge that `dark_edge` found: where it is half as dark as `inner` px inside it.
+
+    A tube that something lights from one side is less dark there, and half of its usual darkness lies too far in. found:
+    what was found. light + slope times the distance: the back-light itself. Where there is no such edge: `found`.
+    """
+    distance, fall = found
+    if distance < inner:
+        return distance, fall
+    deep = distance - inner
+    behind = light + slope * deep
+    half = 0.5 * (1.0 + grey_at(pixels, x + deep * dx, y + deep * dy, behind) / behind)
+    away = max(distance - SETTLE_PX, deep)
+    before = half * (light + slope * away) - grey_at(pixels, x + away * dx, y + away * dy, 1e9)
+    if before < 0.0:
+        return distance, fall
+    while away < distance + SETTLE_PX:
+        away += STEP_PX
+        dark = half * (light + slope * away) - grey_at(pixels, x + away * dx, y + away * dy, 1e9)
+        if dark < 0.0:
+            if dark < -1e6:
+                break
+            return away - STEP_PX * (1.0 - before / (before - dark)), (before - dark) / STEP_PX
+        before = dark
+    return distance, fall
 
 
 @njit(cache=True, nogil=True)

@@ -7,7 +7,8 @@ import numpy as np
 from numba import njit
 
 from cathxr.core import FloatArray, PixelArray
-from cathxr.vision.profiles import edge, sample
+from cathxr.vision.profiles import edge, sample, settled
+from cathxr.vision.raw import EDGE_SHARE, inner_px
 from cathxr.vision.segmentation import MatteArray, Window
 
 SPACING_PX = 2.0
@@ -38,7 +39,7 @@ def rim_of(
     matte: of the window; mask, step: the coarse candidates; plateau: the matte's level on the catheter; axis (N, 2) px:
     the inlet's axis in the picture, from the inlet on; width px: the catheter's.
     """
-    level = 0.5 * plateau
+    level = EDGE_SHARE * plateau
     body = _body(matte, mask, step, window, level, axis, width)
     if body is None:
         return None
@@ -50,7 +51,7 @@ def rim_of(
         if len(each) < _LEAST_RING_PX:
             continue
         ring = np.asarray(each[:, 0, :], dtype=np.float64)[:: round(SPACING_PX)]
-        ring, sigma = refined(matte, slopes, np.ascontiguousarray(ring), level)
+        ring, sigma = refined(matte, slopes, np.ascontiguousarray(ring), level, inner_px(width))
         points.append(np.vstack([ring, ring[:1]]))
         sigmas.append(np.concatenate([sigma, [CUT_PX]]))
     if not points:
@@ -85,10 +86,10 @@ def _body(
 
 
 @njit(cache=True, nogil=True)
-def refined(matte, slopes, ring, level):  # type: ignore[no-untyped-def]
-    """Return a ring's points (N, 2) moved to where the matte falls below `level`, and their sigmas (N,).
+def refined(matte, slopes, ring, level, inner):  # type: ignore[no-untyped-def]
+    """Return a ring's points (N, 2) moved to the edge of the matte, and their sigmas (N,).
 
-    slopes (2, h, w): of the smoothed matte. A point without such a fall close by stays where it is, with CUT_PX.
+    slopes (2, h, w): of the smoothed matte; level: where an edge is looked for; inner: see `settled`. A point without such a fall close by stays where it is, with CUT_PX.
     """
     result = ring.copy()
     sigma = np.full(len(ring), CUT_PX)
@@ -104,9 +105,10 @@ def refined(matte, slopes, ring, level):  # type: ignore[no-untyped-def]
             x, y = x + 0.6 * _REACH_PX * dx, y + 0.6 * _REACH_PX * dy
             if sample(matte, x, y) < level:
                 continue
-        far, _ = edge(matte, x, y, dx, dy, 2.0 * _REACH_PX, level)
-        if far < 0.0:
+        found = edge(matte, x, y, dx, dy, 2.0 * _REACH_PX, level)
+        if found[0] < 0.0:
             continue
+        far, _ = settled(matte, x, y, dx, dy, found, inner)
         result[i, 0], result[i, 1] = x + far * dx, y + far * dy
         sigma[i] = _LEAST_SIGMA_PX
     return result, sigma

@@ -13,6 +13,8 @@ _LEAST_OPACITY = 0.06
 """Anything fainter than this, against the back-light, is taken for unevenness."""
 _OPAQUE = 0.45
 """What stays darker than this share of the back-light after thin things are closed is the inlet block or the frame."""
+_BRIGHTEST = 1.1
+"""No back-light is brighter, by this, than the picture is when thin dark things are closed."""
 _LEAST_STRONG = 40
 """Fewer pixels than this that stand out are no sample of a catheter's own darkness."""
 _COARSE_WIDTH = 320
@@ -36,12 +38,15 @@ class BackLitSegmenter:
         step = self._step = max(1, min(round(width / _COARSE_WIDTH), int(self._width_px / 2.5)))
         # the mean of the four middle pixels of each block: the first guess needs no more, and the rest need not be read
         small = _grey(_bytes(cv2.resize(pixels, (width // step, height // step), interpolation=cv2.INTER_LINEAR)))
+        if step == 1:  # else the blocks' means have taken most of the noise away
+            small = _bytes(cv2.blur(small, (3, 3)))
         reach = 2 * round(1.6 * self._width_px / step) + 1
         kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (reach, reach))
         closed = _bytes(cv2.morphologyEx(small, cv2.MORPH_CLOSE, kernel, borderType=cv2.BORDER_REPLICATE))
         opacity = _opacity(small, closed)
         block = (closed < _OPAQUE * np.percentile(closed[::8, ::8], 90)).astype(np.uint8)
         opaque = _bytes(cv2.dilate(block, np.ones((5, 5), np.uint8)))
+        opacity[opaque > 0] = 0.0
         thin = (opacity > _threshold(opacity)).astype(np.uint8)
         self._light = _light(small, closed, thin | opaque, reach)
         opacity = _opacity(small, self._light)
@@ -107,7 +112,8 @@ def _threshold(opacity: MatteArray) -> float:
     strong = np.sort(opacity[opacity > floor])
     if strong.size < _LEAST_STRONG:
         return floor
-    return max(floor, 0.5 * float(strong[(3 * strong.size) // 4]))
+    levels, _ = cv2.threshold(np.minimum(255.0 * strong, 255.0).astype(np.uint8), 0, 255, cv2.THRESH_OTSU)
+    return max(floor, float(levels) / 255.0)
 
 
 def _light(small: PixelArray, closed: PixelArray, dark: PixelArray, reach: int) -> MatteArray:
@@ -120,5 +126,7 @@ def _light(small: PixelArray, closed: PixelArray, dark: PixelArray, reach: int) 
     size = (2 * reach + 1, 2 * reach + 1)
     total = cv2.blur(weight, size, borderType=cv2.BORDER_REFLECT_101)
     mean = cv2.blur(small * weight, size, borderType=cv2.BORDER_REFLECT_101)
-    # too few bright pixels near by (inside the inlet block): the closing is all there is
-    return np.where(total > 0.1, mean / np.maximum(total, 1e-3), closed.astype(np.float32)).astype(np.float32)
+    # too few bright pixels near by (inside the inlet block): the closing is all there is. Before a wall, or in a corner of
+    # the diffuser, a mean of what lies around is brighter than anything there: the closing says so too.
+    light = np.where(total > 0.1, mean / np.maximum(total, 1e-3), closed)
+    return np.minimum(light, _BRIGHTEST * closed).astype(np.float32)

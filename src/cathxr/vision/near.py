@@ -15,6 +15,8 @@ from cathxr.vision.raw import RawSource
 
 _OLDEST_NS = 250_000_000
 """A catheter is not looked for where it was longer ago than this."""
+_MOST_UNSURE_MM = 4.0
+"""Nor where the last pairs were not tracked, and it may have moved by more than this: something else may lie there."""
 _STEADY_NS = 100_000_000
 """Two Tracks no farther apart than this give a velocity."""
 _FARTHEST_MM = 8.0
@@ -107,7 +109,9 @@ class NearDetector:
             self._tracks = (self._tracks[1], predicted)
         before, shape = self._tracks[0], predicted.shape_box
         age_ns = t_ns - predicted.t_ns
-        if shape is None or predicted.status is not Status.TRACKED or not 0 <= age_ns <= _OLDEST_NS:
+        if shape is None or predicted.status is Status.LOST or not 0 <= age_ns <= _OLDEST_NS:
+            return 0
+        if predicted.status is Status.COASTING and not (predicted.sigma_mm or 0.0) < _MOST_UNSURE_MM:
             return 0
         if len(shape) > MOST_TRACK_POINTS:
             return 0

@@ -15,6 +15,8 @@ FOUND, NOTHING = 1, 0
 _LEAST_SHARE = 0.75
 """So much of what should be seen must be: else the picture shows something else, and all of it is looked at."""
 _LEAST_SECTIONS = 5
+_MOST_MISSED = 5
+"""Where more sections in a row than this are not where they should be, the tube may run otherwise there."""
 _LIGHTEST, _DARKEST = 1.6, 0.6
 _ROUND_SHARE = 0.12
 _ROUND_PX = 0.3
@@ -51,13 +53,15 @@ def measure(source, count, radius_mm, ratio, plateau, camera, size, work):  # ty
     lit = (source[0], source[1], source[2], gain)
     total = sections_near(lit, known, plateau, work)
     good, expected, first = 0, 0, -1
-    seen = 0
+    seen = missed = most_missed = 0
     for i in range(total):
         expected += work.state[i] > 0
+        missed += work.state[i] == 1
         if work.state[i] == 2:
             first = i if first < 0 else first
             good += 1
             seen = expected  # the inlet hides the rest
+            most_missed, missed = max(most_missed, missed), 0
     if good < _LEAST_SECTIONS or good < _LEAST_SHARE * seen:
         return nothing
     radius = 0.5 * _median(work, total, 1, _END_SECTIONS)
@@ -81,6 +85,7 @@ def measure(source, count, radius_mm, ratio, plateau, camera, size, work):  # ty
     for i in range(outlined):
         work.outline[i, 0], work.outline[i, 1] = _rounded(work.outline[i, 0]), _rounded(work.outline[i, 1])
     sure = alone == BENT or (alone == ALONE and 0.0 <= rms < _ROUND_PX + _ROUND_SHARE * radius)
+    sure = sure and most_missed <= _MOST_MISSED
     ratio *= wide / work.widths[known // 2]
     return (
         FOUND, points, outlined, sigma, _rounded(x + radius * dx), _rounded(y + radius * dy), own, ratio, sure,
@@ -119,7 +124,7 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
     by_x = (light_at(source, x + radius, y) - light_at(source, x - radius, y)) / (2.0 * radius)
     by_y = (light_at(source, x, y + radius) - light_at(source, x, y - radius)) / (2.0 * radius)
     apparent = radius - blur * blur / (2.0 * radius)
-    inner = inner_px(2.0 * radius)
+    inner = inner_px(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
     count = 0
     rms = -1.0
     for _ in range(_CIRCLE_ROUNDS):
@@ -136,7 +141,7 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
             found = dark_edge(pixels, x, y, dx, dy, END_FAR * radius, bright, tilt)
             if found[0] < 0.0:
                 continue
-            distance, _ = settled_edge(pixels, x, y, dx, dy, found, inner, bright / through, tilt / through)
+            distance, _ = settled_edge(pixels, x, y, dx, dy, found, inner, plateau, bright / through, tilt / through)
             outline[count, 0] = x + (distance + radius - apparent) * dx
             outline[count, 1] = y + (distance + radius - apparent) * dy
             count += 1

@@ -124,6 +124,9 @@ def section_near(source, x, y, nx, ny, width):  # type: ignore[no-untyped-def]
     left, fall_left = _edge_near(pixels, x, y, -nx, -ny, (width, inner, through), middle, -change)
     if left < 0.0:
         return 0.0, -1.0, 0.0, 0.0
+    inner = inner_px(width, own * middle / max(fall_left, fall_right, 1e-3))
+    right, fall_right = settled_edge(pixels, x, y, nx, ny, (right, fall_right), inner, own, middle, change)
+    left, fall_left = settled_edge(pixels, x, y, -nx, -ny, (left, fall_left), inner, own, middle, -change)
     return 0.5 * (right - left), right + left, own, 0.5 * (fall_left + fall_right) / middle
 
 
@@ -135,12 +138,10 @@ def _edge_near(pixels, x, y, nx, ny, shape, light, change):  # type: ignore[no-u
     the back-light.
     """
     width, inner, through = shape
-    found = dark_edge(
+    distance, fall = dark_edge(
         pixels, x + inner * nx, y + inner * ny, nx, ny, 0.7 * width, through * (light + inner * change), through * change
     )
-    if found[0] < 0.0:
-        return found
-    return settled_edge(pixels, x, y, nx, ny, (found[0] + inner, found[1]), inner_px(width), light, change)
+    return (distance + inner, fall) if distance >= 0.0 else (-1.0, 0.0)
 
 
 @njit(cache=True, nogil=True)

@@ -13,12 +13,14 @@ from cathxr.vision.segmentation import MatteArray
 STEP_PX = 0.5
 """Distance between samples where an edge is looked for."""
 
-EDGE_SHARE = 0.35
+EDGE_SHARE = 0.43
 """An edge is looked for at this share of a tube's darkness, less than half, for one side of it may be lit; see
 `settled_edge`."""
 SETTLE_PX = 1.25
 """How far from there an edge may lie."""
-_INNER_PX, _INNER_WIDTHS = 2.0, 0.35
+_ALIKE = 0.06
+"""A sample that differs from the usual darkness by no more than this share of it differs by noise."""
+_INNER_PX, _INNER_RAMPS, _INNER_WIDTHS = 0.85, 0.65, 0.35
 
 RawSource = tuple[PixelArray, MatteArray, float, float]
 """A back-lit picture as it is, the back-light at reduced size, pixels for each of its own, and the light's gain since.
@@ -121,24 +123,35 @@ def dark_edge(pixels, x, y, dx, dy, reach, bright, slope):  # type: ignore[no-un
 
 
 @njit(cache=True, nogil=True)
-def inner_px(width):  # type: ignore[no-untyped-def]
-    """Return how far inside its edge a tube's own darkness is looked at: beyond the blur, and before the middle."""
-    return min(_INNER_PX, _INNER_WIDTHS * width)
+def inner_px(width, ramp):  # type: ignore[no-untyped-def]
+    """Return how far inside its edge a tube's own darkness is looked at: beyond the blur, and before the middle.
+
+    ramp: how long an edge of its usual darkness takes to fall, px, by the steeper of its edges: the other may be lit.
+    """
+    return min(_INNER_PX + _INNER_RAMPS * ramp, _INNER_WIDTHS * width)
 
 
 @njit(cache=True, nogil=True)
-def settled_edge(pixels, x, y, dx, dy, found, inner, light, slope):  # type: ignore[no-untyped-def]
+def own_darkness(seen, usual):  # type: ignore[no-untyped-def]
+    """Return the darkness inside an edge: the usual one, which has less noise, unless what is seen there differs."""
+    off = seen - usual
+    share = abs(off) / max(_ALIKE * usual, 1e-9) - 1.0
+    return usual + min(max(share, 0.0), 1.0) * off
+
+
+@njit(cache=True, nogil=True)
+def settled_edge(pixels, x, y, dx, dy, found, inner, usual, light, slope):  # type: ignore[no-untyped-def]
     """Return (distance, fall) of an edge that `dark_edge` found: where it is half as dark as `inner` px inside it.
 
     A tube that something lights from one side is less dark there, and half of its usual darkness lies too far in. found:
-    what was found. light + slope times the distance: the back-light itself. Where there is no such edge: `found`.
+    what was found. usual: the tube's usual darkness. light + slope times the distance: the back-light itself. Where there is no such edge: `found`.
     """
     distance, fall = found
     if distance < inner:
         return distance, fall
     deep = distance - inner
     behind = light + slope * deep
-    half = 0.5 * (1.0 + grey_at(pixels, x + deep * dx, y + deep * dy, behind) / behind)
+    half = 1.0 - 0.5 * own_darkness(1.0 - grey_at(pixels, x + deep * dx, y + deep * dy, behind) / behind, usual)
     away = max(distance - SETTLE_PX, deep)
     before = half * (light + slope * away) - grey_at(pixels, x + away * dx, y + away * dy, 1e9)
     if before < 0.0:

@@ -8,7 +8,7 @@ from numba import njit
 
 from cathxr.core import FloatArray, PixelArray
 from cathxr.vision.profiles import edge, sample, settled
-from cathxr.vision.raw import EDGE_SHARE, inner_px
+from cathxr.vision.raw import inner_px
 from cathxr.vision.segmentation import MatteArray, Window
 
 SPACING_PX = 2.0
@@ -17,6 +17,10 @@ CUT_PX = 1000.0
 _REACH_PX = 3.0
 _LEAST_SIGMA_PX = 0.08
 _LEAST_RING_PX = 10.0
+_EDGE_SHARE = 0.35
+"""A silhouette's edge is looked for at this share of its darkness; see `settled`. A lit side is no gap in it."""
+_STEEP = 3
+"""The blur is taken from this quartile of a ring's edges, by how steep they are."""
 _INLET_POINTS = 5
 """So many first points of the axis, a millimetre apart, may be the inlet's: its outline is no catheter's."""
 _HELD_WIDTHS = 1.5
@@ -39,7 +43,7 @@ def rim_of(
     matte: of the window; mask, step: the coarse candidates; plateau: the matte's level on the catheter; axis (N, 2) px:
     the inlet's axis in the picture, from the inlet on; width px: the catheter's.
     """
-    level = EDGE_SHARE * plateau
+    level = _EDGE_SHARE * plateau
     body = _body(matte, mask, step, window, level, axis, width)
     if body is None:
         return None
@@ -51,7 +55,7 @@ def rim_of(
         if len(each) < _LEAST_RING_PX:
             continue
         ring = np.asarray(each[:, 0, :], dtype=np.float64)[:: round(SPACING_PX)]
-        ring, sigma = refined(matte, slopes, np.ascontiguousarray(ring), level, inner_px(width))
+        ring, sigma = refined(matte, slopes, np.ascontiguousarray(ring), plateau, width)
         points.append(np.vstack([ring, ring[:1]]))
         sigmas.append(np.concatenate([sigma, [CUT_PX]]))
     if not points:
@@ -86,13 +90,17 @@ def _body(
 
 
 @njit(cache=True, nogil=True)
-def refined(matte, slopes, ring, level, inner):  # type: ignore[no-untyped-def]
+def refined(matte, slopes, ring, plateau, width):  # type: ignore[no-untyped-def]
     """Return a ring's points (N, 2) moved to the edge of the matte, and their sigmas (N,).
 
-    slopes (2, h, w): of the smoothed matte; level: where an edge is looked for; inner: see `settled`. A point without such a fall close by stays where it is, with CUT_PX.
+    slopes (2, h, w): of the smoothed matte; plateau, width: the catheter's. A point without such a fall close by stays where it is, with CUT_PX.
     """
     result = ring.copy()
     sigma = np.full(len(ring), CUT_PX)
+    level = _EDGE_SHARE * plateau
+    where = np.zeros(len(ring), dtype=np.int64)
+    starts, fars, falls = np.zeros((len(ring), 4)), np.zeros(len(ring)), np.zeros(len(ring))
+    count = 0
     for i in range(len(ring)):
         x, y = ring[i, 0], ring[i, 1]
         gx, gy = slopes[0, int(y), int(x)], slopes[1, int(y), int(x)]
@@ -108,7 +116,18 @@ def refined(matte, slopes, ring, level, inner):  # type: ignore[no-untyped-def]
         found = edge(matte, x, y, dx, dy, 2.0 * _REACH_PX, level)
         if found[0] < 0.0:
             continue
-        far, _ = settled(matte, x, y, dx, dy, found, inner)
+        where[count] = i
+        starts[count, 0], starts[count, 1], starts[count, 2], starts[count, 3] = x, y, dx, dy
+        fars[count], falls[count] = found
+        count += 1
+    if count == 0:
+        return result, sigma
+    # steep edges are those of the tube's usual darkness, and tell the blur
+    inner = inner_px(width, plateau / np.sort(falls[:count])[(_STEEP * count) // 4])
+    for k in range(count):
+        x, y, dx, dy = starts[k, 0], starts[k, 1], starts[k, 2], starts[k, 3]
+        far, _ = settled(matte, x, y, dx, dy, (fars[k], falls[k]), inner, plateau)
+        i = where[k]
         result[i, 0], result[i, 1] = x + far * dx, y + far * dy
         sigma[i] = _LEAST_SIGMA_PX
     return result, sigma

@@ -49,7 +49,8 @@ class BackLitSegmenter:
         opacity[opaque > 0] = 0.0
         thin = (opacity > _threshold(opacity)).astype(np.uint8)
         self._light = _light(small, closed, thin | opaque, reach)
-        opacity = _opacity(small, self._light)
+        # before a wall, or in a corner of the diffuser, a mean of what lies around is brighter than anything there
+        opacity = _opacity(small, np.minimum(self._light, _BRIGHTEST * closed.astype(np.float32)))
         opacity[opaque > 0] = 0.0
         found = opacity > _threshold(opacity)
         return Coarse(found.astype(np.uint8) * 255, step)
@@ -126,7 +127,5 @@ def _light(small: PixelArray, closed: PixelArray, dark: PixelArray, reach: int) 
     size = (2 * reach + 1, 2 * reach + 1)
     total = cv2.blur(weight, size, borderType=cv2.BORDER_REFLECT_101)
     mean = cv2.blur(small * weight, size, borderType=cv2.BORDER_REFLECT_101)
-    # too few bright pixels near by (inside the inlet block): the closing is all there is. Before a wall, or in a corner of
-    # the diffuser, a mean of what lies around is brighter than anything there: the closing says so too.
-    light = np.where(total > 0.1, mean / np.maximum(total, 1e-3), closed)
-    return np.minimum(light, _BRIGHTEST * closed).astype(np.float32)
+    # too few bright pixels near by (inside the inlet block): the closing is all there is
+    return np.where(total > 0.1, mean / np.maximum(total, 1e-3), closed.astype(np.float32)).astype(np.float32)

@@ -103,9 +103,9 @@ def test_the_midline_and_the_end_are_within_their_budgets(width: float, blur: fl
     # Across, it is reached on a straight line from the last section: at most one coarse step and a pixel away.
     straight = (2.0 * SPACING_PX + 1.0) ** 2 / (2.0 * bend)
     assert abs(end @ [-one.heading[1], one.heading[0]]) < 0.06 + straight
-    # Of the tip both errors cancel but for a quarter.
+    # Of the tip both errors cancel but for a part: inside a round end the blur leaves less darkness than inside a side.
     tip = line.tip_px - one.cap - 0.5 * width * one.heading
-    assert abs(tip @ one.heading) < 0.06 + 0.25 * wider
+    assert abs(tip @ one.heading) < 0.08 + 0.4 * wider
     assert np.median(line.half_width_px) == pytest.approx(0.5 * width + wider, abs=0.05)
 
 

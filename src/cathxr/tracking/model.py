@@ -31,7 +31,7 @@ _ALIKE_MM = 0.3
 
 _STAMP_S = 0.2e-3
 """A picture's instant is known to about this: by its stamp, and by which of its rows was open when."""
-_CHANGE_SHARE, _STEADY_MM_S = 0.2, 2.0
+_CHANGE_SHARE, _STEADY_MM_S = 0.15, 2.0
 """A speed is known to this share of its change from pair to pair, and to what the fits' own noise leaves."""
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cathxr.core import FloatArray
 from cathxr.vision.profiles import cross, edge, sample, settled
-from cathxr.vision.raw import EDGE_SHARE, inner_px
+from cathxr.vision.raw import EDGE_SHARE, look_inside
 from cathxr.vision.segmentation import MatteArray
 
 SPACING_PX = 2.5
@@ -196,7 +196,7 @@ def cap_centre(
     blur^2 / (2 R): undone here.
     """
     apparent = radius - blur * blur / (2.0 * radius)
-    level, inner = EDGE_SHARE * plateau, inner_px(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
+    level, inside = EDGE_SHARE * plateau, look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
     centres = np.empty(_RAYS)
     count = 0
     for i in range(_RAYS):
@@ -206,7 +206,7 @@ def cap_centre(
             y = position[1] + offset * direction[0] - back * radius * direction[1]
             found = edge(matte, x, y, direction[0], direction[1], 5.0 * radius, level)
             if found[0] >= 0.0:
-                distance, _ = settled(matte, x, y, direction[0], direction[1], found, inner, plateau)
+                distance, _ = settled(matte, x, y, direction[0], direction[1], found, inside, plateau)
                 centres[count] = distance - back * radius - math.sqrt(max(apparent * apparent - offset * offset, 0.0))
                 count += 1
                 break
@@ -227,7 +227,7 @@ def end_outline(
     """
     points = np.empty((END_RAYS, 2))
     count = 0
-    level, inner = EDGE_SHARE * plateau, inner_px(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
+    level, inside = EDGE_SHARE * plateau, look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
     if sample(matte, centre[0], centre[1]) < level:
         return points[:0]
     for i in range(END_RAYS):
@@ -237,7 +237,7 @@ def end_outline(
         dy = s * direction[0] + c * direction[1]
         found = edge(matte, centre[0], centre[1], dx, dy, END_FAR * radius, level)
         if found[0] > 0.3 * radius:
-            distance, _ = settled(matte, centre[0], centre[1], dx, dy, found, inner, plateau)
+            distance, _ = settled(matte, centre[0], centre[1], dx, dy, found, inside, plateau)
             distance += blur * blur / (2.0 * radius)
             points[count, 0] = centre[0] + distance * dx
             points[count, 1] = centre[1] + distance * dy

@@ -9,7 +9,7 @@ from cathxr.geometry.medians import median_of
 from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, set_normals, smooth
 from cathxr.vision.near_expected import ALONE, BENT, expect, offset_from
 from cathxr.vision.near_kernels import sections_near
-from cathxr.vision.raw import EDGE_SHARE, apart, dark_edge, grey_at, inner_px, light_at, light_gain, settled_edge
+from cathxr.vision.raw import EDGE_SHARE, apart, dark_edge, grey_at, light_at, light_gain, look_inside, settled_edge
 
 FOUND, NOTHING = 1, 0
 _LEAST_SHARE = 0.75
@@ -124,7 +124,7 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
     by_x = (light_at(source, x + radius, y) - light_at(source, x - radius, y)) / (2.0 * radius)
     by_y = (light_at(source, x, y + radius) - light_at(source, x, y - radius)) / (2.0 * radius)
     apparent = radius - blur * blur / (2.0 * radius)
-    inner = inner_px(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
+    inside = look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
     count = 0
     rms = -1.0
     for _ in range(_CIRCLE_ROUNDS):
@@ -141,7 +141,7 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
             found = dark_edge(pixels, x, y, dx, dy, END_FAR * radius, bright, tilt)
             if found[0] < 0.0:
                 continue
-            distance, _ = settled_edge(pixels, x, y, dx, dy, found, inner, plateau, bright / through, tilt / through)
+            distance, _ = settled_edge(pixels, x, y, dx, dy, found, inside, plateau, bright / through, tilt / through)
             outline[count, 0] = x + (distance + radius - apparent) * dx
             outline[count, 1] = y + (distance + radius - apparent) * dy
             count += 1

@@ -7,7 +7,7 @@ from numba import njit
 from cathxr.vision.midline_kernels import set_normals, smooth
 from cathxr.vision.near_expected import spread
 from cathxr.vision.near_work import MOST_POINTS
-from cathxr.vision.raw import EDGE_SHARE, STEP_PX, dark_edge, grey_at, inner_px, light_at, settled_edge
+from cathxr.vision.raw import EDGE_SHARE, STEP_PX, dark_edge, grey_at, light_at, look_inside, settled_edge
 
 SPACING_PX = 4.0
 _LEAST_LENGTH_SHARE = 0.15
@@ -124,9 +124,9 @@ def section_near(source, x, y, nx, ny, width):  # type: ignore[no-untyped-def]
     left, fall_left = _edge_near(pixels, x, y, -nx, -ny, (width, inner, through), middle, -change)
     if left < 0.0:
         return 0.0, -1.0, 0.0, 0.0
-    inner = inner_px(width, own * middle / max(fall_left, fall_right, 1e-3))
-    right, fall_right = settled_edge(pixels, x, y, nx, ny, (right, fall_right), inner, own, middle, change)
-    left, fall_left = settled_edge(pixels, x, y, -nx, -ny, (left, fall_left), inner, own, middle, -change)
+    inside = look_inside(width, own * middle / max(fall_left, fall_right, 1e-3))
+    right, fall_right = settled_edge(pixels, x, y, nx, ny, (right, fall_right), inside, own, middle, change)
+    left, fall_left = settled_edge(pixels, x, y, -nx, -ny, (left, fall_left), inside, own, middle, -change)
     return 0.5 * (right - left), right + left, own, 0.5 * (fall_left + fall_right) / middle
 
 
@@ -134,13 +134,12 @@ def section_near(source, x, y, nx, ny, width):  # type: ignore[no-untyped-def]
 def _edge_near(pixels, x, y, nx, ny, shape, light, change):  # type: ignore[no-untyped-def]
     """Return (distance, fall) of the tube's edge from its middle (x, y) along the unit (nx, ny); distance < 0: none.
 
-    shape: (width, where the search begins, the share of the light that an edge is looked for at). light + change times the distance:
-    the back-light.
+    shape: (width, where the search begins, the share of the light that an edge is looked for at). light + change times
+    the distance: the back-light.
     """
     width, inner, through = shape
-    distance, fall = dark_edge(
-        pixels, x + inner * nx, y + inner * ny, nx, ny, 0.7 * width, through * (light + inner * change), through * change
-    )
+    limit = through * (light + inner * change)
+    distance, fall = dark_edge(pixels, x + inner * nx, y + inner * ny, nx, ny, 0.7 * width, limit, through * change)
     return (distance + inner, fall) if distance >= 0.0 else (-1.0, 0.0)
 
 

@@ -7,7 +7,7 @@ from numba import njit, types
 from numba.extending import overload
 
 from cathxr.core import FloatArray
-from cathxr.vision.raw import EDGE_SHARE, SETTLE_PX, RawSource, grey_at, inner_px, light_at, own_darkness
+from cathxr.vision.raw import EDGE_SHARE, SETTLE_PX, RawSource, grey_at, light_at, look_inside, own_darkness
 from cathxr.vision.segmentation import MatteArray
 
 SAMPLE_PX = 0.5
@@ -97,15 +97,19 @@ def settled(
     dx: float,
     dy: float,
     found: tuple[float, float],
-    inner: float,
+    inside: tuple[float, float],
     usual: float,
 ) -> tuple[float, float]:
-    """Return (distance, slope) of an edge that `edge` found: half as dark as `inner` px inside it. As `settled_edge`."""
+    """Return (distance, slope) of an edge that `edge` found: where it is half as dark as inside it.
+
+    As `raw.settled_edge`, of a matte.
+    """
     distance, slope = found
+    inner, share = inside
     if distance < inner:
         return distance, slope
     deep = distance - inner
-    level = 0.5 * own_darkness(sample(matte, x + deep * dx, y + deep * dy), usual)
+    level = 0.5 * own_darkness(sample(matte, x + deep * dx, y + deep * dy) / share, usual)
     away = max(distance - SETTLE_PX, deep)
     before = sample(matte, x + away * dx, y + away * dy)
     if before < level:
@@ -165,7 +169,7 @@ def cross(
             own += 0.2 * sample(matte, x + offset * nx, y + offset * ny)
         at, level = start, EDGE_SHARE * own
         start = middle
-    x, y, inner = x + at * nx, y + at * ny, inner_px(right + left, own / max(slope_left, slope_right, 1e-6))
-    right, slope_right = settled(matte, x, y, nx, ny, (right, slope_right), inner, own)
-    left, slope_left = settled(matte, x, y, -nx, -ny, (left, slope_left), inner, own)
+    x, y, inside = x + at * nx, y + at * ny, look_inside(right + left, own / max(slope_left, slope_right, 1e-6))
+    right, slope_right = settled(matte, x, y, nx, ny, (right, slope_right), inside, own)
+    left, slope_left = settled(matte, x, y, -nx, -ny, (left, slope_left), inside, own)
     return at + 0.5 * (right - left), right + left, own, 0.5 * (slope_left + slope_right)

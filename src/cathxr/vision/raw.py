@@ -123,12 +123,14 @@ def dark_edge(pixels, x, y, dx, dy, reach, bright, slope):  # type: ignore[no-un
 
 
 @njit(cache=True, nogil=True)
-def inner_px(width, ramp):  # type: ignore[no-untyped-def]
-    """Return how far inside its edge a tube's own darkness is looked at: beyond the blur, and before the middle.
+def look_inside(width, ramp):  # type: ignore[no-untyped-def]
+    """Return (px, share): how far inside its edge a tube's own darkness is looked at, and the share of it seen there.
 
-    ramp: how long an edge of its usual darkness takes to fall, px, by the steeper of its edges: the other may be lit.
+    Beyond the blur, if that is before the middle. ramp: how long an edge of its usual darkness takes to fall, px, by
+    the steeper of its edges, for the other may be lit: sqrt(2 pi) times a Gaussian blur.
     """
-    return min(_INNER_PX + _INNER_RAMPS * ramp, _INNER_WIDTHS * width)
+    px = min(_INNER_PX + _INNER_RAMPS * ramp, _INNER_WIDTHS * width)
+    return px, 0.5 + 0.5 * math.erf(math.sqrt(math.pi) * px / max(ramp, 1e-6))
 
 
 @njit(cache=True, nogil=True)
@@ -140,18 +142,21 @@ def own_darkness(seen, usual):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def settled_edge(pixels, x, y, dx, dy, found, inner, usual, light, slope):  # type: ignore[no-untyped-def]
-    """Return (distance, fall) of an edge that `dark_edge` found: where it is half as dark as `inner` px inside it.
+def settled_edge(pixels, x, y, dx, dy, found, inside, usual, light, slope):  # type: ignore[no-untyped-def]
+    """Return (distance, fall) of an edge that `dark_edge` found: where it is half as dark as the tube inside it.
 
-    A tube that something lights from one side is less dark there, and half of its usual darkness lies too far in. found:
-    what was found. usual: the tube's usual darkness. light + slope times the distance: the back-light itself. Where there is no such edge: `found`.
+    A tube that something lights from one side is less dark there, and half of its usual darkness lies too far in.
+    found: what was found, and what is returned where there is no such edge. inside: as of `look_inside`; usual: the
+    tube's usual darkness. light + slope times the distance: the back-light itself.
     """
     distance, fall = found
+    inner, share = inside
     if distance < inner:
         return distance, fall
     deep = distance - inner
     behind = light + slope * deep
-    half = 1.0 - 0.5 * own_darkness(1.0 - grey_at(pixels, x + deep * dx, y + deep * dy, behind) / behind, usual)
+    seen = 1.0 - grey_at(pixels, x + deep * dx, y + deep * dy, behind) / behind
+    half = 1.0 - 0.5 * own_darkness(seen / share, usual)
     away = max(distance - SETTLE_PX, deep)
     before = half * (light + slope * away) - grey_at(pixels, x + away * dx, y + away * dy, 1e9)
     if before < 0.0:

@@ -8,7 +8,7 @@ from numba import njit
 
 from cathxr.core import FloatArray, PixelArray
 from cathxr.vision.profiles import edge, sample, settled
-from cathxr.vision.raw import inner_px
+from cathxr.vision.raw import look_inside
 from cathxr.vision.segmentation import MatteArray, Window
 
 SPACING_PX = 2.0
@@ -93,7 +93,8 @@ def _body(
 def refined(matte, slopes, ring, plateau, width):  # type: ignore[no-untyped-def]
     """Return a ring's points (N, 2) moved to the edge of the matte, and their sigmas (N,).
 
-    slopes (2, h, w): of the smoothed matte; plateau, width: the catheter's. A point without such a fall close by stays where it is, with CUT_PX.
+    slopes (2, h, w): of the smoothed matte; plateau, width: the catheter's. A point without an edge close by stays
+    where it is, with CUT_PX.
     """
     result = ring.copy()
     sigma = np.full(len(ring), CUT_PX)
@@ -123,10 +124,10 @@ def refined(matte, slopes, ring, plateau, width):  # type: ignore[no-untyped-def
     if count == 0:
         return result, sigma
     # steep edges are those of the tube's usual darkness, and tell the blur
-    inner = inner_px(width, plateau / np.sort(falls[:count])[(_STEEP * count) // 4])
+    inside = look_inside(width, plateau / np.sort(falls[:count])[(_STEEP * count) // 4])
     for k in range(count):
         x, y, dx, dy = starts[k, 0], starts[k, 1], starts[k, 2], starts[k, 3]
-        far, _ = settled(matte, x, y, dx, dy, (fars[k], falls[k]), inner, plateau)
+        far, _ = settled(matte, x, y, dx, dy, (fars[k], falls[k]), inside, plateau)
         i = where[k]
         result[i, 0], result[i, 1] = x + far * dx, y + far * dy
         sigma[i] = _LEAST_SIGMA_PX

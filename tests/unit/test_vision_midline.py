@@ -94,7 +94,7 @@ def test_the_midline_and_the_end_are_within_their_budgets(width: float, blur: fl
     off = off_axis(one, line)[1:]
     # Blur moves both edges of an arc inwards by blur^2 / (2 bend). Bilinear sampling leaves 0.03 px, 0.1 at worst.
     inwards = blur**2 / (2.0 * bend)
-    assert np.sqrt(np.mean(np.square(off))) < 0.035 + 1.2 * inwards
+    assert np.sqrt(np.mean(np.square(off))) < 0.04 + 1.2 * inwards
     assert np.abs(off).max() < 0.1 + 3.0 * inwards
     # The cap's centre is one apparent radius behind the end's edge: a tube that looks wider has it further back.
     wider = widening(width, blur)
@@ -105,7 +105,7 @@ def test_the_midline_and_the_end_are_within_their_budgets(width: float, blur: fl
     assert abs(end @ [-one.heading[1], one.heading[0]]) < 0.06 + straight
     # Of the tip both errors cancel but for a part: inside a round end the blur leaves less darkness than inside a side.
     tip = line.tip_px - one.cap - 0.5 * width * one.heading
-    assert abs(tip @ one.heading) < 0.08 + 0.4 * wider
+    assert abs(tip @ one.heading) < 0.08 + 0.6 * wider
     assert np.median(line.half_width_px) == pytest.approx(0.5 * width + wider, abs=0.05)
 
 

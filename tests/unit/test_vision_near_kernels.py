@@ -12,7 +12,7 @@ from cathxr.vision.near_expected import ALONE, expect, offset_from, spread
 from cathxr.vision.near_kernels import rough_near, section_near
 from cathxr.vision.near_work import near_work
 from cathxr.vision.profiles import edge, sample
-from cathxr.vision.raw import dark_edge, grey_at, light_at, light_gain
+from cathxr.vision.raw import dark_edge, grey_at, light_at, light_gain, look_inside
 
 SIZE = 120
 FINE = 6
@@ -95,6 +95,12 @@ def test_where_there_is_no_tube_there_is_no_section() -> None:
     lit = source(drawn(0.0, 0.0, 12.0))
     assert rough_near(lit, 20.0, 12.0, 0.0, 1.0, 12.0, 0.8)[1] < 0.0
     assert section_near(lit, 20.0, 12.0, 0.0, 1.0, 12.0)[1] < 0.0
+    brighter = (np.clip(lit[0].astype(int) + 40, 0, 255).astype(np.uint8), *lit[1:])
+    section_near(brighter, 20.0, 12.0, 0.0, 1.0, 12.0)  # than the back-light was: no fault
+    px, share, change = look_inside(12.0, -3.0, 0.3)
+    assert px == pytest.approx(0.85, abs=1e-3)
+    assert share == pytest.approx(1.0)
+    assert change == 0.3
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, 2.2, -0.9])

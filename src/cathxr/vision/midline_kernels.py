@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from cathxr.core import FloatArray
 from cathxr.vision.profiles import cross, edge, sample, settled
-from cathxr.vision.raw import EDGE_SHARE, look_inside
+from cathxr.vision.raw import EDGE_SHARE, END_CHANGE, look_inside
 from cathxr.vision.segmentation import MatteArray
 
 SPACING_PX = 2.5
@@ -196,7 +196,7 @@ def cap_centre(
     blur^2 / (2 R): undone here.
     """
     apparent = radius - blur * blur / (2.0 * radius)
-    level, inside = EDGE_SHARE * plateau, look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
+    level, inside = EDGE_SHARE * plateau, look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur, END_CHANGE)
     centres = np.empty(_RAYS)
     count = 0
     for i in range(_RAYS):
@@ -227,7 +227,7 @@ def end_outline(
     """
     points = np.empty((END_RAYS, 2))
     count = 0
-    level, inside = EDGE_SHARE * plateau, look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
+    level, inside = EDGE_SHARE * plateau, look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur, END_CHANGE)
     if sample(matte, centre[0], centre[1]) < level:
         return points[:0]
     for i in range(END_RAYS):

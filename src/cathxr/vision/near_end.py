@@ -9,7 +9,17 @@ from cathxr.geometry.medians import median_of
 from cathxr.vision.midline_kernels import END_FAR, END_RAYS, END_REACH_RAD, set_normals, smooth
 from cathxr.vision.near_expected import ALONE, BENT, expect, offset_from
 from cathxr.vision.near_kernels import sections_near
-from cathxr.vision.raw import EDGE_SHARE, apart, dark_edge, grey_at, light_at, light_gain, look_inside, settled_edge
+from cathxr.vision.raw import (
+    EDGE_SHARE,
+    END_CHANGE,
+    apart,
+    dark_edge,
+    grey_at,
+    light_at,
+    light_gain,
+    look_inside,
+    settled_edge,
+)
 
 FOUND, NOTHING = 1, 0
 _LEAST_SHARE = 0.75
@@ -124,7 +134,7 @@ def end_near(source, x, y, ax, ay, radius, plateau, blur, outline):  # type: ign
     by_x = (light_at(source, x + radius, y) - light_at(source, x - radius, y)) / (2.0 * radius)
     by_y = (light_at(source, x, y + radius) - light_at(source, x, y - radius)) / (2.0 * radius)
     apparent = radius - blur * blur / (2.0 * radius)
-    inside = look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur)
+    inside = look_inside(2.0 * radius, math.sqrt(2.0 * math.pi) * blur, END_CHANGE)
     count = 0
     rms = -1.0
     for _ in range(_CIRCLE_ROUNDS):

@@ -7,7 +7,7 @@ from numba import njit
 from cathxr.vision.midline_kernels import set_normals, smooth
 from cathxr.vision.near_expected import spread
 from cathxr.vision.near_work import MOST_POINTS
-from cathxr.vision.raw import EDGE_SHARE, STEP_PX, dark_edge, grey_at, light_at, look_inside, settled_edge
+from cathxr.vision.raw import EDGE_SHARE, SIDE_CHANGE, STEP_PX, dark_edge, grey_at, light_at, look_inside, settled_edge
 
 SPACING_PX = 4.0
 _LEAST_LENGTH_SHARE = 0.15
@@ -124,7 +124,7 @@ def section_near(source, x, y, nx, ny, width):  # type: ignore[no-untyped-def]
     left, fall_left = _edge_near(pixels, x, y, -nx, -ny, (width, inner, through), middle, -change)
     if left < 0.0:
         return 0.0, -1.0, 0.0, 0.0
-    inside = look_inside(width, own * middle / max(fall_left, fall_right, 1e-3))
+    inside = look_inside(width, own * middle / max(fall_left, fall_right, 1e-3), SIDE_CHANGE)
     right, fall_right = settled_edge(pixels, x, y, nx, ny, (right, fall_right), inside, own, middle, change)
     left, fall_left = settled_edge(pixels, x, y, -nx, -ny, (left, fall_left), inside, own, middle, -change)
     return 0.5 * (right - left), right + left, own, 0.5 * (fall_left + fall_right) / middle

@@ -7,7 +7,16 @@ from numba import njit, types
 from numba.extending import overload
 
 from cathxr.core import FloatArray
-from cathxr.vision.raw import EDGE_SHARE, SETTLE_PX, RawSource, grey_at, light_at, look_inside, own_darkness
+from cathxr.vision.raw import (
+    EDGE_SHARE,
+    SETTLE_PX,
+    SIDE_CHANGE,
+    RawSource,
+    grey_at,
+    light_at,
+    look_inside,
+    own_darkness,
+)
 from cathxr.vision.segmentation import MatteArray
 
 SAMPLE_PX = 0.5
@@ -97,7 +106,7 @@ def settled(
     dx: float,
     dy: float,
     found: tuple[float, float],
-    inside: tuple[float, float],
+    inside: tuple[float, float, float],
     usual: float,
 ) -> tuple[float, float]:
     """Return (distance, slope) of an edge that `edge` found: where it is half as dark as inside it.
@@ -105,11 +114,13 @@ def settled(
     As `raw.settled_edge`, of a matte.
     """
     distance, slope = found
-    inner, share = inside
+    inner, share, most_change = inside
     if distance < inner:
         return distance, slope
     deep = distance - inner
-    level = 0.5 * own_darkness(sample(matte, x + deep * dx, y + deep * dy) / share, usual)
+    deeper = deep - inner
+    further = sample(matte, x + deeper * dx, y + deeper * dy)
+    level = 0.5 * own_darkness(sample(matte, x + deep * dx, y + deep * dy) / share, further, usual, most_change)
     away = max(distance - SETTLE_PX, deep)
     before = sample(matte, x + away * dx, y + away * dy)
     if before < level:
@@ -169,7 +180,11 @@ def cross(
             own += 0.2 * sample(matte, x + offset * nx, y + offset * ny)
         at, level = start, EDGE_SHARE * own
         start = middle
-    x, y, inside = x + at * nx, y + at * ny, look_inside(right + left, own / max(slope_left, slope_right, 1e-6))
+    x, y, inside = (
+        x + at * nx,
+        y + at * ny,
+        look_inside(right + left, own / max(slope_left, slope_right, 1e-6), SIDE_CHANGE),
+    )
     right, slope_right = settled(matte, x, y, nx, ny, (right, slope_right), inside, own)
     left, slope_left = settled(matte, x, y, -nx, -ny, (left, slope_left), inside, own)
     return at + 0.5 * (right - left), right + left, own, 0.5 * (slope_left + slope_right)

@@ -18,6 +18,8 @@ EDGE_SHARE = 0.43
 `settled_edge`."""
 SETTLE_PX = 1.25
 """How far from there an edge may lie."""
+SIDE_CHANGE, END_CHANGE = 0.3, 0.06
+"""A lit side gets brighter up to its edge; of a round end less is known, for its rays run along the tube too."""
 _ALIKE = 0.06
 """A sample that differs from the usual darkness by no more than this share of it differs by noise."""
 _INNER_PX, _INNER_RAMPS, _INNER_WIDTHS = 0.85, 0.65, 0.35
@@ -123,22 +125,29 @@ def dark_edge(pixels, x, y, dx, dy, reach, bright, slope):  # type: ignore[no-un
 
 
 @njit(cache=True, nogil=True)
-def look_inside(width, ramp):  # type: ignore[no-untyped-def]
-    """Return (px, share): how far inside its edge a tube's own darkness is looked at, and the share of it seen there.
+def look_inside(width, ramp, most_change):  # type: ignore[no-untyped-def]
+    """Return (px, share, most_change): how far inside its edge a tube's darkness is looked at, and what of it is there.
 
-    Beyond the blur, if that is before the middle. ramp: how long an edge of its usual darkness takes to fall, px, by
-    the steeper of its edges, for the other may be lit: sqrt(2 pi) times a Gaussian blur.
+    px: beyond the blur, if that is before the middle. share: of the darkness, that the blur leaves there. most_change:
+    by what share of itself it may change on from there to the edge, see `SIDE_CHANGE`, `END_CHANGE`. ramp: how long an
+    edge of its usual darkness takes to fall, px, by the steeper of its edges, for the other may be lit: sqrt(2 pi)
+    times a Gaussian blur.
     """
+    ramp = max(ramp, 1e-6)  # where there is no tube, what is seen may be brighter than the light
     px = min(_INNER_PX + _INNER_RAMPS * ramp, _INNER_WIDTHS * width)
-    return px, 0.5 + 0.5 * math.erf(math.sqrt(math.pi) * px / max(ramp, 1e-6))
+    return px, 0.5 + 0.5 * math.erf(math.sqrt(math.pi) * px / ramp), most_change
 
 
 @njit(cache=True, nogil=True)
-def own_darkness(seen, usual):  # type: ignore[no-untyped-def]
-    """Return the darkness inside an edge: the usual one, which has less noise, unless what is seen there differs."""
-    off = seen - usual
-    share = abs(off) / max(_ALIKE * usual, 1e-9) - 1.0
-    return usual + min(max(share, 0.0), 1.0) * off
+def own_darkness(seen, further, usual, most_change):  # type: ignore[no-untyped-def]
+    """Return the darkness at an edge: the usual one, which has less noise, unless what is seen near it differs.
+
+    seen: inside the edge; further: as far again from it. What changes there goes on changing up to the edge.
+    """
+    most_change *= max(seen, 0.0)
+    share = abs(seen - usual) / max(_ALIKE * usual, 1e-9) - 1.0
+    at_edge = seen + min(max(seen - further, -most_change), most_change)
+    return usual + min(max(share, 0.0), 1.0) * (at_edge - usual)
 
 
 @njit(cache=True, nogil=True)
@@ -150,13 +159,16 @@ def settled_edge(pixels, x, y, dx, dy, found, inside, usual, light, slope):  # t
     tube's usual darkness. light + slope times the distance: the back-light itself.
     """
     distance, fall = found
-    inner, share = inside
+    inner, share, most_change = inside
     if distance < inner:
         return distance, fall
     deep = distance - inner
     behind = light + slope * deep
     seen = 1.0 - grey_at(pixels, x + deep * dx, y + deep * dy, behind) / behind
-    half = 1.0 - 0.5 * own_darkness(seen / share, usual)
+    deeper = deep - inner
+    behind = light + slope * deeper
+    further = 1.0 - grey_at(pixels, x + deeper * dx, y + deeper * dy, behind) / behind
+    half = 1.0 - 0.5 * own_darkness(seen / share, further, usual, most_change)
     away = max(distance - SETTLE_PX, deep)
     before = half * (light + slope * away) - grey_at(pixels, x + away * dx, y + away * dy, 1e9)
     if before < 0.0:

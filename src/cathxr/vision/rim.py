@@ -8,7 +8,7 @@ from numba import njit
 
 from cathxr.core import FloatArray, PixelArray
 from cathxr.vision.profiles import edge, sample, settled
-from cathxr.vision.raw import look_inside
+from cathxr.vision.raw import END_CHANGE, look_inside
 from cathxr.vision.segmentation import MatteArray, Window
 
 SPACING_PX = 2.0
@@ -124,7 +124,7 @@ def refined(matte, slopes, ring, plateau, width):  # type: ignore[no-untyped-def
     if count == 0:
         return result, sigma
     # steep edges are those of the tube's usual darkness, and tell the blur
-    inside = look_inside(width, plateau / np.sort(falls[:count])[(_STEEP * count) // 4])
+    inside = look_inside(width, plateau / np.sort(falls[:count])[(_STEEP * count) // 4], END_CHANGE)
     for k in range(count):
         x, y, dx, dy = starts[k, 0], starts[k, 1], starts[k, 2], starts[k, 3]
         far, _ = settled(matte, x, y, dx, dy, (fars[k], falls[k]), inside, plateau)

@@ -13,9 +13,8 @@ from cathxr.vision.segmentation import MatteArray
 STEP_PX = 0.5
 """Distance between samples where an edge is looked for."""
 
-EDGE_SHARE = 0.43
-"""An edge is looked for at this share of a tube's darkness, less than half, for one side of it may be lit; see
-`settled_edge`."""
+EDGE_SHARE = 0.5
+"""An edge is looked for at this share of a tube's usual darkness first; see `settled_edge`."""
 SETTLE_PX = 1.25
 """How far from there an edge may lie."""
 SIDE_CHANGE, END_CHANGE = 0.3, 0.06

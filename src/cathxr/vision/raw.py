@@ -13,11 +13,11 @@ from cathxr.vision.segmentation import MatteArray
 STEP_PX = 0.5
 """Distance between samples where an edge is looked for."""
 
-EDGE_SHARE = 0.5
-"""An edge is looked for at this share of a tube's usual darkness first; see `settled_edge`."""
+EDGE_SHARE = 0.43
+"""An edge is looked for at this share of a tube's usual darkness first, for one side of it may be lit: `settled_edge`."""
 SETTLE_PX = 1.25
 """How far from there an edge may lie."""
-SIDE_CHANGE, END_CHANGE = 0.3, 0.06
+SIDE_CHANGE, END_CHANGE = 0.15, 0.0
 """A lit side gets brighter up to its edge; of a round end less is known, for its rays run along the tube too."""
 _ALIKE = 0.06
 """A sample that differs from the usual darkness by no more than this share of it differs by noise."""

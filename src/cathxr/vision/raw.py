@@ -14,7 +14,7 @@ STEP_PX = 0.5
 """Distance between samples where an edge is looked for."""
 
 EDGE_SHARE = 0.43
-"""An edge is looked for at this share of a tube's usual darkness first, for one side of it may be lit: `settled_edge`."""
+"""An edge is looked for at this share of a tube's usual darkness first: one side may be lit, see `settled_edge`."""
 SETTLE_PX = 1.25
 """How far from there an edge may lie."""
 SIDE_CHANGE, END_CHANGE = 0.15, 0.0

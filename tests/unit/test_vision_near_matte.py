@@ -55,10 +55,12 @@ def test_a_line_at_the_pictures_corner_is_read_up_to_its_edge() -> None:
 def test_a_catheter_of_any_colour_is_followed_near_its_prediction(name: str) -> None:
     sequence = Sequence(name, seed=3)
     method = Method("model", sequence)
+    followed = 0
     for pair in sequence.pairs(6, 30.0):
         observation, track, _ = method.track(pair)
         assert track.status is Status.TRACKED
         assert track.tip_box is not None
         assert pair.truth.tip_box is not None
         assert float(np.linalg.norm(track.tip_box - pair.truth.tip_box)) < 0.25
-        assert observation.predicted or pair.seq == 0
+        followed += observation.predicted
+    assert followed >= 4  # a stretch that is not found, as of a colour like the background's, is looked at in full once

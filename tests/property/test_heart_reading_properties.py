@@ -70,7 +70,7 @@ def test_gaps_are_bridged_and_said_or_refused(missing: set[int], turn: tuple[flo
         if source in kept:
             np.testing.assert_array_equal(of_found, written.hu[source])
         else:
-            # A straight line between the parabola's neighbours is off by 3 HU times the distances, and half of rounding.
+            # A line between the parabola's neighbours is off by 3 HU times the distances; half a HU is rounding.
             below, above = max(each for each in kept if each < source), min(each for each in kept if each > source)
             off = np.abs(of_found - written.hu[source].astype(int)).max()
             assert off <= 3.0 * (source - below) * (above - source) + 0.5

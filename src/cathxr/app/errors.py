@@ -41,23 +41,36 @@ def told_in_a_sentence(command: Callable[P, R]) -> Callable[P, R]:
             click.echo(f"Error: {error}", err=True)
             code = FAILED
         except KeyboardInterrupt:
-            click.echo("Interrupted: stopped, and nothing half-written is left.", err=True)
-            code = INTERRUPTED
+            code = _interrupted()
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except BrokenPipeError:
             _silence_stdout()
             code = FAILED
         except Exception as error:
-            click.echo(
-                f"Error: cathxr met a fault of its own ({type(error).__name__}: {error}); run the command again with "
-                f"{DEBUG_VARIABLE}=1 set to see where, and report that.",
-                err=True,
-            )
-            code = FAULT
+            code = _interrupted() if _comes_from_ctrl_c(error) else _at_fault(error)
         sys.exit(code)
 
     return run
+
+
+def _interrupted() -> int:
+    click.echo("Interrupted: stopped, and nothing half-written is left.", err=True)
+    return INTERRUPTED
+
+
+def _comes_from_ctrl_c(error: Exception) -> bool:
+    """Return whether it is Ctrl-C that arrived while compiled code returned: Python then wraps it in a SystemError."""
+    return isinstance(error, SystemError) and isinstance(error.__cause__, KeyboardInterrupt)
+
+
+def _at_fault(error: Exception) -> int:
+    click.echo(
+        f"Error: cathxr met a fault of its own ({type(error).__name__}: {error}); run the command again with "
+        f"{DEBUG_VARIABLE}=1 set to see where, and report that.",
+        err=True,
+    )
+    return FAULT
 
 
 def _silence_stdout() -> None:

@@ -39,6 +39,15 @@ class Seen(AskedPage):
         self.listen()
         self.page.goto(url)
 
+    def stilled(self) -> list[float]:
+        """Return where the page's camera is, m, once it no longer travels there: it does so when a scene comes."""
+        deadline = time.monotonic() + HANG_S
+        while (before := self.ask("window.__cathxr.camera()")) is not None and time.monotonic() < deadline:
+            self.page.wait_for_timeout(500)  # longer than it travels
+            if before == (now := self.ask("window.__cathxr.camera()")):
+                return now
+        raise AssertionError("the camera never stands still")
+
     def note(self, kind: str, text: str) -> None:
         """Take only what was not caught: servers here say 404 to some requests."""
 
@@ -49,7 +58,7 @@ def test_one_page_follows_another_and_gets_its_own_back(browser: Browser, server
         for each in (first, second):
             each.until("window.__cathxr?.link === 'live' && window.__cathxr.frames > 2")
         second.page.locator("#set-wallContact").uncheck()
-        own = second.ask("window.__cathxr.camera()")
+        own = second.stilled()
         first.page.locator("[data-preset=top]").click()
         first.page.locator("#set-ice").check()
         second.until("document.querySelector('#people-list button')")

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from cathxr.app.errors import FAULT, INTERRUPTED, told_in_a_sentence
 from cathxr.app.offline import track_pairs
 from cathxr.app.offline_pairs import read_pairs
 from cathxr.app.offline_roll import RecordedCounts
@@ -301,35 +300,6 @@ def test_ctrl_c_leaves_nothing(box, tmp_path):
     assert process.returncode == 130, told
     assert told == "Interrupted: stopped, and nothing half-written is left.\n"
     assert list((tmp_path / "out").iterdir()) == []
-
-
-def test_ctrl_c_in_compiled_code_is_told_as_ctrl_c(monkeypatch, capsys):
-    """Python raises SystemError from the interruption where the signal arrives as compiled code returns."""
-
-    @told_in_a_sentence
-    def interrupted():
-        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
-
-    monkeypatch.delenv("CATHXR_DEBUG", raising=False)
-    with pytest.raises(SystemExit) as left:
-        interrupted()
-    assert left.value.code == INTERRUPTED
-    assert capsys.readouterr().err == "Interrupted: stopped, and nothing half-written is left.\n"
-
-
-def test_a_fault_of_our_own_is_told_with_a_way_to_see_it(monkeypatch, capsys):
-    @told_in_a_sentence
-    def broken():
-        raise RuntimeError("oops")
-
-    monkeypatch.delenv("CATHXR_DEBUG", raising=False)
-    with pytest.raises(SystemExit) as left:
-        broken()
-    assert left.value.code == FAULT
-    assert "CATHXR_DEBUG=1" in capsys.readouterr().err
-    monkeypatch.setenv("CATHXR_DEBUG", "1")
-    with pytest.raises(RuntimeError, match="oops"):
-        broken()
 
 
 def test_counts_between_readings_and_for_one_period_after_them():

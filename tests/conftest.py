@@ -44,6 +44,7 @@ _OFFLINE = (
     "test_proof_study.py",
     "test_study_report.py",
     "test_study_twin.py",
+    "test_rendered.py",
     "test_score.py",
 )
 # Tests of these folders share what takes long to make, and so run in one process.

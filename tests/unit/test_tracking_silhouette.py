@@ -1,5 +1,6 @@
 """Whole silhouettes against plain NumPy: the search over depths, the discs, and catheters that lie over themselves."""
 
+from dataclasses import replace
 from itertools import product
 
 import cv2
@@ -8,12 +9,14 @@ import pytest
 
 from cathxr.app.bench_scenes import Sequence
 from cathxr.app.bench_sequence import Method
-from cathxr.core import FloatArray, Status
+from cathxr.core import Detection, FloatArray, Status
 from cathxr.geometry import CameraModel
 from cathxr.storage.rig_file import example_rig
 from cathxr.tracking.depth_search import MOST_SLOPE, STEP_MM, best_depths, entry_costs, point_costs
+from cathxr.tracking.fit import CurveFit
 from cathxr.tracking.pair_work import DISCS
 from cathxr.tracking.rim_kernels import distances, held, invented, unexplained
+from cathxr.tracking.silhouette import SilhouetteFit
 from cathxr.vision.rim import CUT_PX, rim_of
 from cathxr.vision.segmentation import Window
 
@@ -90,9 +93,18 @@ def test_distances_to_a_tube_are_those_of_its_segments() -> None:
 
 def test_what_is_left_of_a_rim_is_told() -> None:
     off = np.array([0.0, 0.1, 2.0, 2.0, 2.0, 0.0, 2.0, 0.0])
-    share, run, rms = unexplained(off, np.zeros(8), (0, 8), 1.0)
+    share, run, _ = unexplained(off, np.zeros(8), (0, 8), 1.0)
     assert (share, run) == (0.5, 3)
-    assert rms == pytest.approx(np.sqrt(np.mean(np.square(np.minimum(off, 1.0)))))
+
+
+def test_how_far_a_rim_is_off_is_told_whatever_lies_in_its_corners() -> None:
+    off = np.random.default_rng(2).normal(0.0, 0.1, 2000)
+    off[::40] = 2.0  # where parts of the catheter meet
+    _, _, clean = unexplained(off, np.zeros(2000), (0, 2000), 1.0)
+    assert clean == pytest.approx(0.1, rel=0.15)
+    off[::5] = 2.0  # and where they do not
+    _, _, otherwise = unexplained(off, np.zeros(2000), (0, 2000), 1.0)
+    assert otherwise > 0.35
 
 
 def test_a_tube_beyond_the_silhouette_is_invented() -> None:
@@ -156,3 +168,24 @@ def test_a_catheter_over_itself_in_one_view_is_found_at_once(scene: str, seed: i
             assert pair.truth.tip_box is not None
             assert np.linalg.norm(track.tip_box - pair.truth.tip_box) < 2.0
     assert tracked >= 8  # of 12; two limbs that cover each other have more than one answer, and the status says so
+
+
+def test_each_view_is_asked_about_its_own_rim(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[tuple[SilhouetteFit, CurveFit, list[Detection], FloatArray]] = []
+    explained = SilhouetteFit.explained
+
+    def kept(self: SilhouetteFit, fit: CurveFit, detections: list[Detection], balls: FloatArray) -> tuple[bool, bool]:
+        taken.append((self, fit, detections, balls.copy()))
+        return explained(self, fit, detections, balls)
+
+    monkeypatch.setattr(SilhouetteFit, "explained", kept)
+    sequence = Sequence("smooth", seed=3)
+    Method("model", sequence).track(next(iter(sequence.pairs(1, 30.0))))
+    asked, fit, (top, front), balls = taken[0]
+    assert len(front.rim_px) > 100
+    nothing = replace(top, rim_px=np.zeros((0, 2)), rim_sigma_px=np.zeros(0))
+    assert explained(asked, fit, [nothing, front], balls) == (True, True)
+    unknown = replace(top, rim_sigma_px=np.full(len(top.rim_px), 1000.0))
+    assert explained(asked, fit, [unknown, front], balls) == (False, True)
+    elsewhere = replace(front, rim_px=np.add(front.rim_px, [0.0, 40.0]))
+    assert explained(asked, fit, [nothing, elsewhere], balls) == (False, False)

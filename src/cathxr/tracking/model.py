@@ -12,6 +12,7 @@ from cathxr.geometry.calibration_table import CalibrationTable
 from cathxr.geometry.roll import tip_roll_rad
 from cathxr.tracking.centreline import NOT_INSERTED, NOT_SEEN, centreline, curve_room
 from cathxr.tracking.continuity import COAST_SPEED_MM_S, Continuity, missing_reason
+from cathxr.tracking.end_shape import other_end_mm
 from cathxr.tracking.fit import camera_table
 from cathxr.tracking.judge import GUESSED_MM, RESOLVED_MM, UNRESOLVED
 from cathxr.tracking.pair_work import PairWork
@@ -94,6 +95,9 @@ class ModelTracker:
             return self._continuity.coasting(observation, result)
         solution, shape, timing_mm = result
         roll = observation.roll_rad
+        end_mm = 0.0
+        if len(solution.fit.end_off_px) == sum(len(each.end_px) for each in detections):  # no whole silhouettes
+            end_mm = other_end_mm(solution.fit, detections, radius_mm=self._radius, doubtful=solution.doubtful)
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
         reason = ""
         if solution.sigma_mm > RESOLVED_MM:
@@ -109,7 +113,7 @@ class ModelTracker:
             box_from_tip=tip_pose(shape, zero_direction=self._zero, roll_rad=turn),
             roll_rad=roll,
             roll_predicted=observation.roll_predicted,
-            sigma_mm=math.hypot(solution.sigma_mm, self._calibration.sigma_mm(shape[0]), timing_mm),
+            sigma_mm=math.hypot(solution.sigma_mm, self._calibration.sigma_mm(shape[0]), timing_mm, end_mm),
         )
         if solution.sigma_mm > GUESSED_MM:
             return track

@@ -20,7 +20,7 @@ _ROUNDS = 3
 _OFF_RADII, _OFF_PX = 0.15, 0.5
 """A rim's point that is off by more is not the fitted tube's."""
 _MOST_UNEXPLAINED = 0.08
-_LONGEST_RADII = 1.0
+_LONGEST_RADII = 1.3
 """No longer part of a silhouette's rim may be left unexplained, in radii of the catheter."""
 _RMS_RADII, _RMS_PX = 0.01, 0.12
 """A rim that is off by more, RMS, is explained by a tube that runs otherwise."""
@@ -36,6 +36,8 @@ _CLEARLY_BETTER = 1.7
 _SLACK = 0.35
 _MOST_INVENTED = 3
 """So many of the curve's samples may stick out of a silhouette, by that share of the radius: beside the inlet."""
+_MOST_HIDDEN = 0.3
+"""No more of a catheter can lie outside its silhouette, where glare takes away from that."""
 _CLEAR_CAP = 5
 _MOST_ADDED_RADII = 2.5
 _OUTLINE_SHARE = 0.7
@@ -73,12 +75,16 @@ class SilhouetteFit:
         for view, each in enumerate(detections):
             if not len(each.rim_px):
                 continue
-            well = well and self._missed(fit, view, each, float(balls[view])) is not None
+            # also sets the view's discs, which are needed below even where another view is not explained
+            missed = self._missed(fit, view, each, float(balls[view]))
+            well = well and missed is not None
             seen = each.rim_sigma_px < RIM_CUT_PX
             # glare takes away from a silhouette, and a catheter that runs otherwise adds to it
             if np.count_nonzero(seen) < _LEAST_RIM:
                 continue
             radius = float(self._discs[0, 2])
+            out = invented(self._discs, each.rim_px, each.rim_sigma_px, RIM_CUT_PX, _SLACK)
+            possible = possible and out <= _MOST_HIDDEN * DISCS
             off = distances(self._discs, np.ascontiguousarray(each.rim_px[seen]))
             uneven = np.minimum(np.abs(off[1:-1] - 0.5 * (off[:-2] + off[2:])), radius)
             if float(np.sqrt(np.mean(np.square(uneven)))) > _ROUGH_PX:

@@ -92,9 +92,13 @@ WORLDS = (
     World("bands", "white, red, yellow and blue, 8 mm each", material="bands", empty=True),
     World("yellow", "yellow", material="yellow", optics=Optics(off=0.02), empty=True),
     World(
-        "faint", "white; as much light from the room as from the panels", "white", light=Light((0.5, 0.5), ambient=0.5)
+        "faint",
+        "white; as much light from the room as from the panels",
+        "white",
+        light=Light((0.5, 0.5), ambient=0.5),
+        empty=True,
     ),
-    World("rings", "dark blue with four metal rings and a metal end", "rings", tip_mm=0.5),
+    World("rings", "dark blue with four metal rings and a metal end", "rings", tracked=0.6, tip_mm=0.5),
     World("flat", "black, its end cut off square", "black", end="flat", tip_mm=1.0),
     World("thin", "dark blue, 4F", diameter_mm=1.33),
     World("thick", "black, 14F", "black", diameter_mm=4.67),

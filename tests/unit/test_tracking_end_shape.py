@@ -77,3 +77,10 @@ def test_few_points_on_the_end_say_nothing() -> None:
     caps[:20] = True
     assert typical_off(off, caps, np.empty(RAYS)) == pytest.approx(2.0 * 1.4826)
     assert typical_off(off, caps, np.empty(RAYS)) == typical_off.py_func(off, caps, np.empty(RAYS))
+
+
+def test_whole_silhouettes_are_asked_about_their_end_too() -> None:
+    fit = fit_of(noise(0.1), SQUARE, noise(0.1, 3))
+    ends = np.concatenate([np.zeros(RAYS), np.ones(RAYS), np.zeros(RAYS)]).astype(bool)
+    assert added_mm(replace(fit, caps=ends)) == pytest.approx(0.5 * RADIUS_MM)
+    assert added_mm(replace(fit, caps=np.roll(ends, RAYS))) == 0.0

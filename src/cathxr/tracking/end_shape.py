@@ -22,18 +22,26 @@ _UNSURE_RADII = 0.5
 def other_end_mm(fit: CurveFit, detections: Sequence[Detection], *, radius_mm: float, doubtful: str | None) -> float:
     """Return what to add to the tip's standard deviation, mm, in squares: 0 where each view shows a rounded end.
 
-    The fit's outlines are the ends' of the views, in their order. doubtful: a camera whose outline had no part.
+    The fit's outlines are the ends' of the views, in their order, or whole silhouettes. doubtful: a camera whose
+    outline had no part.
     """
-    first, largest = 0, 0.0
     room = np.empty(len(fit.end_off_px))
+    widest_px = max(float(each.half_width_px[0]) if len(each.half_width_px) else 0.0 for each in detections)
+    if len(fit.end_off_px) != sum(len(each.end_px) for each in detections):
+        return _added_mm(typical_off(fit.end_off_px, fit.caps, room), widest_px, radius_mm)
+    first, largest_mm = 0, 0.0
     for each in detections:
         stop = first + len(each.end_px)
-        if each.camera != doubtful and stop <= len(room):
-            radius_px = float(each.half_width_px[0])
+        if each.camera != doubtful and stop > first:
             off_px = typical_off(fit.end_off_px[first:stop], fit.caps[first:stop], room)
-            largest = max(largest, max(off_px**2 - _NOISE_PX**2, 0.0) ** 0.5 / max(radius_px, 1e-9))
+            largest_mm = max(largest_mm, _added_mm(off_px, float(each.half_width_px[0]), radius_mm))
         first = stop
-    return _UNSURE_RADII * radius_mm * min(max((largest - _ROUND) / (_OTHER - _ROUND), 0.0), 1.0)
+    return largest_mm
+
+
+def _added_mm(off_px: float, radius_px: float, radius_mm: float) -> float:
+    share = max(off_px**2 - _NOISE_PX**2, 0.0) ** 0.5 / max(radius_px, 1e-9)
+    return _UNSURE_RADII * radius_mm * min(max((share - _ROUND) / (_OTHER - _ROUND), 0.0), 1.0)
 
 
 @njit(cache=True, nogil=True)

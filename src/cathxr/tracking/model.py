@@ -95,9 +95,7 @@ class ModelTracker:
             return self._continuity.coasting(observation, result)
         solution, shape, timing_mm = result
         roll = observation.roll_rad
-        end_mm = 0.0
-        if len(solution.fit.end_off_px) == sum(len(each.end_px) for each in detections):  # no whole silhouettes
-            end_mm = other_end_mm(solution.fit, detections, radius_mm=self._radius, doubtful=solution.doubtful)
+        end_mm = other_end_mm(solution.fit, detections, radius_mm=self._radius, doubtful=solution.doubtful)
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
         reason = ""
         if solution.sigma_mm > RESOLVED_MM:

@@ -75,6 +75,7 @@ def nearest_disc(discs, x, y):  # type: ignore[no-untyped-def]
             best, place = gap, (k + share) / (PARTS - 1)
     return place, best
 
+
 _KEPT, _KEPT_RMS = 0.95, 0.87
 """So much of a rim says how well it is explained; normal noise of one has that RMS without its outermost twentieth."""
 

@@ -25,8 +25,8 @@ mi.set_variant("scalar_rgb")  # needs no LLVM; loaded once for a process
 
 RATE_HZ = 30.0
 _PANEL_AT_MM = 75.0
-_EXPOSURES = 5
-"""Pictures that are averaged for one whose shutter stays open."""
+_EXPOSURES = 15
+"""Pictures, of one sample a pixel each, that are averaged for one whose shutter stays open: fewer would draw steps."""
 _FULL = 0.75
 """What a bright part of the panel shows, of the sensor's full scale."""
 _EMPTY_SAMPLES = 6
@@ -50,12 +50,13 @@ class _Studio:
         points = moving(self.world.motion, time_s, self.phase)
         scene = mi.load_dict(self.box | catheter(self.world, points, self.folder, mi.ScalarTransform4f))
         seen = points[points[:, 0] > -12.0]
+        samples = 1 if self.world.optics.exposure_s else self.world.samples
         result = []
         for index, (camera, empty) in enumerate(zip(self.cameras, self.empty, strict=True)):
             window = camera.window(seen, 2.0 * self.world.diameter_mm)
             x0, y0, x1, y1 = window
             whole = empty.copy()
-            whole[y0:y1, x0:x1] = self._render(scene, camera, window, self.world.samples, 7 * seed + index)
+            whole[y0:y1, x0:x1] = self._render(scene, camera, window, samples, 7 * seed + index)
             result.append(whole)
         return result
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from cathxr.core import FloatArray, PixelArray, Status
+from cathxr.core import PixelArray, Status
 from cathxr.geometry import CameraModel
 from cathxr.storage.rig_file import read_rig
 from cathxr.storage.track_csv import read_track_csv
@@ -14,9 +14,9 @@ from cathxr.storage.track_csv import read_track_csv
 from .score import Score
 from .worlds import World
 
-_COLUMNS, _TILE = 5, (320, 180)
+_COLUMNS, _TILE = 6, (280, 210)
 _LINE = (60, 200, 255)
-"""BGR of the tracked centreline."""
+"""BGR of the tracked centreline, thinner than the catheter."""
 
 _INTRODUCTION = """\
 # Proof: pictures of another renderer
@@ -88,19 +88,14 @@ def _tile(folder: Path, name: str) -> PixelArray:
     rows = read_track_csv(folder / "track.csv")
     row = next((each for each in rows[len(rows) // 2 :] if each.status is Status.TRACKED), rows[-1])
     picture = np.asarray(cv2.imread(str(folder / "top" / f"{row.seq:05d}.png")), dtype=np.uint8)
-    scale = _TILE[0] / picture.shape[1]
-    small = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    scale = _TILE[1] / picture.shape[0]
+    small = np.asarray(cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     if row.shape_box is not None:
         seen = CameraModel.of(read_rig(folder / "rig.toml").cameras["top"]).project(row.shape_box)
-        line = _at_pixels(scale * (seen + 0.5) - 0.5)
+        line = np.round(16.0 * (scale * (seen + 0.5) - 0.5)).astype(np.int32)
         cv2.polylines(small, [line], False, _LINE, 1, cv2.LINE_AA, shift=4)
-    cut = (small.shape[0] - _TILE[1]) // 2
-    tile = np.ascontiguousarray(small[cut : cut + _TILE[1]], dtype=np.uint8)
+    cut = (small.shape[1] - _TILE[0]) // 2
+    tile = np.ascontiguousarray(small[:, cut : cut + _TILE[0]])
     cv2.rectangle(tile, (0, 0), (9 * len(name) + 12, 20), (0, 0, 0), cv2.FILLED)
     cv2.putText(tile, name, (6, 15), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (255, 255, 255), 1, cv2.LINE_AA)
     return tile
-
-
-def _at_pixels(points: FloatArray) -> np.ndarray:
-    """Return points (N, 2) as OpenCV draws them, in sixteenths of a pixel."""
-    return np.round(16.0 * points).astype(np.int32)

@@ -83,7 +83,7 @@ WORLDS = (
     ),
     World(
         "dim",
-        "grey; a fifth of the light from the panels, the rest from the room; noise",
+        "grey; dim panels, the room half as bright, noise",
         material="grey",
         optics=Optics(noise=2.0),
         light=Light(levels=(0.35, 0.3), ambient=0.15),

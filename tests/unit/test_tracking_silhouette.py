@@ -93,17 +93,18 @@ def test_distances_to_a_tube_are_those_of_its_segments() -> None:
 
 def test_what_is_left_of_a_rim_is_told() -> None:
     off = np.array([0.0, 0.1, 2.0, 2.0, 2.0, 0.0, 2.0, 0.0])
-    share, run, _ = unexplained(off, np.zeros(8), (0, 8), 1.0)
+    share, run, rms, _ = unexplained(off, np.zeros(8), (0, 8), 1.0)
     assert (share, run) == (0.5, 3)
+    assert rms == pytest.approx(np.sqrt(np.mean(np.square(np.minimum(off, 1.0)))))
 
 
 def test_how_far_a_rim_is_off_is_told_whatever_lies_in_its_corners() -> None:
     off = np.random.default_rng(2).normal(0.0, 0.1, 2000)
     off[::40] = 2.0  # where parts of the catheter meet
-    _, _, clean = unexplained(off, np.zeros(2000), (0, 2000), 1.0)
+    _, _, _, clean = unexplained(off, np.zeros(2000), (0, 2000), 1.0)
     assert clean == pytest.approx(0.1, rel=0.15)
     off[::5] = 2.0  # and where they do not
-    _, _, otherwise = unexplained(off, np.zeros(2000), (0, 2000), 1.0)
+    _, _, _, otherwise = unexplained(off, np.zeros(2000), (0, 2000), 1.0)
     assert otherwise > 0.35
 
 

@@ -1,5 +1,6 @@
 """How unsure a tip is whose end looks other than the rounded one that is fitted: cut off square, pinned, or shining."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -40,7 +41,7 @@ def other_end_mm(fit: CurveFit, detections: Sequence[Detection], *, radius_mm: f
 
 
 def _added_mm(off_px: float, radius_px: float, radius_mm: float) -> float:
-    share = max(off_px**2 - _NOISE_PX**2, 0.0) ** 0.5 / max(radius_px, 1e-9)
+    share = math.sqrt(max(off_px**2 - _NOISE_PX**2, 0.0)) / max(radius_px, 1e-9)
     return _UNSURE_RADII * radius_mm * min(max((share - _ROUND) / (_OTHER - _ROUND), 0.0), 1.0)
 
 

@@ -82,11 +82,11 @@ _KEPT, _KEPT_RMS = 0.95, 0.87
 
 @njit(cache=True, nogil=True)
 def unexplained(off, sigma, rims, limit):  # type: ignore[no-untyped-def]
-    """Return (share, longest run, off px) of a rim's points that lie off a fitted tube by more than `limit` px.
+    """Return (share, longest run, rms px, clean px) of a rim's points that lie off a fitted tube by more than `limit`.
 
-    off (R,) px; sigma (R,); rims: (first, stop) of the view's points in them. The last: what the points are off, each
-    at most `limit`, as a standard deviation by all but the worst twentieth. Those are the corners between two parts of
-    a catheter, which blur and the light from one part on the other fill.
+    off (R,) px; sigma (R,); rims: (first, stop) of the view's points in them. rms: of all, each at most `limit` px;
+    clean: the standard deviation by all but the worst twentieth. Those are the corners between two parts of a catheter,
+    which blur and the light from one part on the other fill.
     """
     count, missed, run, longest = rims[1] - rims[0], 0, 0, 0
     amounts = np.empty(count)
@@ -100,10 +100,13 @@ def unexplained(off, sigma, rims, limit):  # type: ignore[no-untyped-def]
             run = 0
     amounts.sort()
     kept = int(_KEPT * count)
-    total = 0.0
-    for i in range(kept):
-        total += amounts[i] ** 2
-    return missed / max(count, 1), longest, math.sqrt(total / max(kept, 1)) / _KEPT_RMS
+    whole = inner = 0.0
+    for i in range(count):
+        whole += amounts[i] ** 2
+        if i < kept:
+            inner = whole
+    clean = math.sqrt(inner / max(kept, 1)) / _KEPT_RMS
+    return missed / max(count, 1), longest, math.sqrt(whole / max(count, 1)), clean
 
 
 @njit(cache=True, nogil=True)

@@ -20,10 +20,10 @@ _ROUNDS = 3
 _OFF_RADII, _OFF_PX = 0.15, 0.5
 """A rim's point that is off by more is not the fitted tube's."""
 _MOST_UNEXPLAINED = 0.08
-_LONGEST_RADII = 1.3
-"""No longer part of a silhouette's rim may be left unexplained, in radii of the catheter."""
+_LONGEST_RADII, _LONGEST_CORNER_RADII = 1.0, 1.3
+"""No longer part of a silhouette's rim may be left unexplained, in radii of the catheter: anywhere, and in corners."""
 _RMS_RADII, _RMS_PX = 0.01, 0.12
-"""A rim that is off by more, RMS, is explained by a tube that runs otherwise."""
+"""A rim that is off by more, its corners apart, is explained by a tube that runs otherwise."""
 _BESIDE_RADII, _FAR_SHARE, _FEW_SHARE = 0.7, 0.3, 0.1
 """Debris and bubbles beside a catheter add this much to its rim at most, of which the second share only a little: the
 rest lies on the right curve's."""
@@ -55,6 +55,7 @@ class _Candidate:
     fit: CurveFit
     sigma_mm: float
     missed: float
+    clean: bool
 
 
 class SilhouetteFit:
@@ -77,7 +78,7 @@ class SilhouetteFit:
                 continue
             # also sets the view's discs, which are needed below even where another view is not explained
             missed = self._missed(fit, view, each, float(balls[view]))
-            well = well and missed is not None
+            well = well and missed is not None and missed[1]
             seen = each.rim_sigma_px < RIM_CUT_PX
             # glare takes away from a silhouette, and a catheter that runs otherwise adds to it
             if np.count_nonzero(seen) < _LEAST_RIM:
@@ -122,6 +123,8 @@ class SilhouetteFit:
                     results.append(fitted)
         if not results:
             return None
+        # what explains a rim but for its corners counts where nothing explains all of it
+        results = [one for one in results if one.clean] or results
         best = min(results, key=lambda one: one.missed)
         tip = best.fit.control[0]
         for one in results:
@@ -187,7 +190,7 @@ class SilhouetteFit:
         arrays = work.arrays
         balls = arrays.balls.copy()
         first = begin = caps = 0
-        missed, excess = 0.0, 1.0
+        missed, excess, clean = 0.0, 1.0, True
         for view, each in enumerate(detections):
             stop, end = first + len(shown[view].curve_px), begin + len(shown[view].end_px)
             off = fit.end_off_px[begin:end]
@@ -195,7 +198,7 @@ class SilhouetteFit:
                 part = self._missed(fit, view, each, float(balls[view]), off)
                 if part is None:
                     return None
-                missed = max(missed, part)
+                missed, clean = max(missed, part[0]), clean and part[1]
                 caps = max(caps, int(np.count_nonzero(fit.caps[begin:end] & (np.abs(off) < _OFF_PX))))
             else:
                 radius, added, _, _, share, on_cap, own = agreement(
@@ -213,23 +216,25 @@ class SilhouetteFit:
         variance = tip_variance(fit.spans, fit.control, fit.factor, self._radius_mm, arrays.gain) * excess
         rough = max(1.0, missed / _WELL_PX)
         sigma = float(np.sqrt(variance)) * _CORRELATION * rough if variance >= 0.0 else np.inf
-        return _Candidate(fit, sigma, missed) if sigma <= RESOLVED_MM else None
+        return _Candidate(fit, sigma, missed, clean) if sigma <= RESOLVED_MM else None
 
     def _missed(
         self, fit: CurveFit, view: int, detection: Detection, ball_mm: float, off: FloatArray | None = None
-    ) -> float | None:
-        """Return how far a rim lies off a fit, px RMS, None where too much is unexplained or the fit sticks out."""
+    ) -> tuple[float, bool] | None:
+        """Return how far a rim lies off a fit, px RMS, and whether that is little, its corners included.
+
+        None where too much is unexplained or the fit sticks out.
+        """
         set_discs(fit.spans, fit.control, self._table, view, ball_mm, self._discs)
         radius = float(self._discs[0, 2])
         seen = detection.rim_sigma_px < RIM_CUT_PX
         sigma = np.ascontiguousarray(detection.rim_sigma_px[seen])
         if off is None:
             off = distances(self._discs, np.ascontiguousarray(detection.rim_px[seen]))
-        share, run, rms = unexplained(off, sigma, (0, len(off)), _OFF_RADII * radius + _OFF_PX)
+        share, run, rms, clean = unexplained(off, sigma, (0, len(off)), _OFF_RADII * radius + _OFF_PX)
         spacing = float(np.median(np.linalg.norm(np.diff(detection.rim_px, axis=0), axis=1)))
-        if len(off) == 0 or share > _MOST_UNEXPLAINED or run * spacing > _LONGEST_RADII * radius:
-            return None
-        if rms > _RMS_RADII * radius + _RMS_PX:
+        run_px, most = run * spacing, _RMS_RADII * radius + _RMS_PX
+        if len(off) == 0 or share > _MOST_UNEXPLAINED or run_px > _LONGEST_CORNER_RADII * radius or clean > most:
             return None
         out = invented(self._discs, detection.rim_px, detection.rim_sigma_px, RIM_CUT_PX, _SLACK)
-        return None if out > _MOST_INVENTED else float(rms)
+        return None if out > _MOST_INVENTED else (float(rms), bool(rms <= most and run_px <= _LONGEST_RADII * radius))

@@ -1,5 +1,6 @@
 """The document about the rendered recordings: a table, and a sheet with a picture of each."""
 
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -72,7 +73,8 @@ def _row(world: World, score: Score) -> str:
 def _reasons(scores: Scores) -> str:
     counts: Counter[str] = Counter()
     for _, score in scores:
-        counts.update(score.reasons)
+        for reason, count in score.reasons.items():
+            counts[re.sub(r" by [\d.]+ px", "", reason)] += count
     return "; ".join(f"{reason} ({count})" for reason, count in counts.most_common()) or "all were"
 
 

@@ -45,7 +45,7 @@ SQUARE = RADIUS_PX * (0.8 / np.maximum(np.abs(np.cos(np.linspace(-1.0, 1.0, RAYS
 
 
 def added_mm(fit: CurveFit, doubtful: str | None = None) -> float:
-    return other_end_mm(fit, VIEWS, radius_mm=RADIUS_MM, doubtful=doubtful)
+    return other_end_mm(fit, VIEWS, np.empty(len(fit.end_off_px)), radius_mm=RADIUS_MM, doubtful=doubtful)
 
 
 def test_a_rounded_end_adds_nothing() -> None:

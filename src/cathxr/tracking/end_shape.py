@@ -3,10 +3,9 @@
 import math
 from collections.abc import Sequence
 
-import numpy as np
 from numba import njit
 
-from cathxr.core import Detection
+from cathxr.core import Detection, FloatArray
 from cathxr.geometry.medians import median_of
 from cathxr.tracking.fit import CurveFit
 
@@ -20,13 +19,14 @@ _UNSURE_RADII = 0.5
 """The tip of any other end: a hemisphere's is one radius ahead of where its cap begins, that of a square cut none."""
 
 
-def other_end_mm(fit: CurveFit, detections: Sequence[Detection], *, radius_mm: float, doubtful: str | None) -> float:
+def other_end_mm(
+    fit: CurveFit, detections: Sequence[Detection], room: FloatArray, *, radius_mm: float, doubtful: str | None
+) -> float:
     """Return what to add to the tip's standard deviation, mm, in squares: 0 where each view shows a rounded end.
 
     The fit's outlines are the ends' of the views, in their order, or whole silhouettes. doubtful: a camera whose
-    outline had no part.
+    outline had no part. room: for as many numbers as the outlines have points, overwritten.
     """
-    room = np.empty(len(fit.end_off_px))
     widest_px = max(float(each.half_width_px[0]) if len(each.half_width_px) else 0.0 for each in detections)
     if len(fit.end_off_px) != sum(len(each.end_px) for each in detections):
         return _added_mm(typical_off(fit.end_off_px, fit.caps, room), widest_px, radius_mm)

@@ -95,7 +95,9 @@ class ModelTracker:
             return self._continuity.coasting(observation, result)
         solution, shape, timing_mm = result
         roll = observation.roll_rad
-        end_mm = other_end_mm(solution.fit, detections, radius_mm=self._radius, doubtful=solution.doubtful)
+        end_mm = other_end_mm(
+            solution.fit, detections, self._work.arrays.scratch, radius_mm=self._radius, doubtful=solution.doubtful
+        )
         turn = tip_roll_rad(self._roll, shape_box=shape, roll_rad=roll)
         reason = ""
         if solution.sigma_mm > RESOLVED_MM:

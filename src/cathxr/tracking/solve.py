@@ -14,6 +14,8 @@ from cathxr.tracking.matching import Matching, match, ray_distances
 from cathxr.tracking.pair_work import PairWork
 
 _MATCH_SIGMA_MM = 0.25
+_MATCH_SPACINGS = 0.3
+"""Nor can a point lie nearer to its partner than their spacing lets it: a uniform error has that standard deviation."""
 _HIDDEN_POINTS = 3
 """So many first points of one view without a partner in the other are no accident of the matching."""
 
@@ -56,7 +58,9 @@ def solved(
     except ValueError:
         return "the catheter lies where the lens model does not hold"
     origins = [camera.centre_box for camera in cameras]
-    matching = match(ray_distances(origins[0], rays[0], origins[1], rays[1]), _MATCH_SIGMA_MM)
+    spacing_mm = max(_spacing_mm(origin, each) for origin, each in zip(origins, rays, strict=True))
+    sigma_mm = max(_MATCH_SIGMA_MM, _MATCH_SPACINGS * spacing_mm)
+    matching = match(ray_distances(origins[0], rays[0], origins[1], rays[1]), sigma_mm)
     if len(matching.pairs) < 4:
         return "too little of the catheter is seen"
     guesses = _guesses(cameras, detections, rays, matching, work)
@@ -86,6 +90,13 @@ def solved(
     if unresolved:
         return min(unresolved, key=lambda each: each.sigma_mm)
     return reasons[0]
+
+
+def _spacing_mm(origin: FloatArray, rays: FloatArray) -> float:
+    """Return how far apart a view's points (N, 3), unit rays from `origin`, are at the inlet's distance as a rule."""
+    if len(rays) < 2:
+        return 0.0
+    return float(np.median(np.linalg.norm(np.diff(rays, axis=0), axis=1)) * np.linalg.norm(origin))
 
 
 def _guesses(

@@ -10,12 +10,12 @@ import pytest
 from cathxr.app.bench_scenes import Sequence
 from cathxr.app.bench_sequence import Method
 from cathxr.core import Detection, FloatArray, Status
-from cathxr.geometry import CameraModel
+from cathxr.geometry import CameraModel, resampled
 from cathxr.storage.rig_file import example_rig
 from cathxr.tracking.depth_search import MOST_SLOPE, STEP_MM, best_depths, entry_costs, point_costs
-from cathxr.tracking.fit import CurveFit
-from cathxr.tracking.pair_work import DISCS
-from cathxr.tracking.rim_kernels import distances, held, invented, unexplained
+from cathxr.tracking.fit import CurveFit, camera_table
+from cathxr.tracking.pair_work import DISCS, PairWork
+from cathxr.tracking.rim_kernels import distances, held, invented, set_discs, unexplained
 from cathxr.tracking.silhouette import SilhouetteFit
 from cathxr.vision.rim import CUT_PX, rim_of
 from cathxr.vision.segmentation import Window
@@ -190,3 +190,39 @@ def test_each_view_is_asked_about_its_own_rim(monkeypatch: pytest.MonkeyPatch) -
     assert explained(asked, fit, [unknown, front], balls) == (False, True)
     elsewhere = replace(front, rim_px=np.add(front.rim_px, [0.0, 40.0]))
     assert explained(asked, fit, [nothing, elsewhere], balls) == (False, False)
+
+
+def test_both_silhouettes_find_a_catheter_that_lies_over_itself_from_a_millimetre_off() -> None:
+    sequence = Sequence("crossing", seed=6, calibration="exact")
+    method = Method("model", sequence)
+    cameras = [CameraModel.of(sequence.rig.cameras[each]) for each in ("top", "front")]
+    table, radius = camera_table(cameras), 0.5 * sequence.rig.catheter.diameter_mm
+    fit = SilhouetteFit(cameras, table, radius_mm=radius, roi=sequence.rig.roi)
+    rng = np.random.default_rng(0)
+    found = tried = 0
+    for pair in sequence.pairs(45, 15.0):
+        if pair.seq % 4:
+            continue
+        observation, _, _ = method.track(pair, whole=True)
+        assert pair.truth.shape_box is not None
+        shape = resampled(pair.truth.shape_box, 1000)
+        cap = int(np.searchsorted(np.linalg.norm(shape - shape[0], axis=1), radius))
+        true = shape[cap:]
+        off = rng.normal(size=(1, 3))
+        off = off * np.linspace(1.0, 0.0, len(true))[:, None] ** 2 / np.linalg.norm(off)
+        tried += 1
+        solution = fit.found(observation.detections, PairWork(), true + off, search=False)
+        if solution is not None:
+            found += 1
+            ends = np.linalg.norm(solution.fit.control[0] - true[0])
+            assert ends < 0.4, pair.seq
+            discs = np.zeros((DISCS, 3))
+            for view, each in enumerate(observation.detections):
+                set_discs(solution.fit.spans, solution.fit.control, table, view, radius, discs)
+                seen = each.rim_sigma_px < CUT
+                first = sum(int((one.rim_sigma_px < CUT).sum()) for one in observation.detections[:view])
+                off_px = solution.fit.end_off_px[first : first + int(seen.sum())]
+                apart = np.abs(off_px - distances(discs, each.rim_px[seen]))
+                # what is said of each point belongs to the curve that is given
+                assert np.quantile(apart, 0.95) < 0.6
+    assert found >= tried - 1

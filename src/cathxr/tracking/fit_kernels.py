@@ -19,6 +19,9 @@ _STILL_PX = 0.01
 _WIDTH_ROUNDS = 2
 _SOFT_ROUNDS = 2
 _RIM_ROUNDS = 4
+_HELD_BACK = 10.0
+"""Information, per mm^2, that a step of a fit to rims is none: about 0.3 mm. Where two parts of a catheter lie over
+each other little holds the control points, and a step that is free goes anywhere."""
 _REDESCENDING = 4.0
 """After the first rounds, outline points more than this many standard deviations off lose their pull."""
 _NO_PART_PX = 1e4
@@ -39,28 +42,14 @@ def gauss_newton(  # type: ignore[no-untyped-def]
     """
     size = spans + 3
     control, right = work.control, work.right
+    rims = reach < 0.0
     for view in range(len(cameras)):
         work.balls[view] = radius
     for round_ in range(iterations):
-        follow(spans, cameras, points, work)
-        if round_ < _WIDTH_ROUNDS:
-            set_widths(spans, cameras, points, radius, work)
-        if reach < 0.0:
-            if _SOFT_ROUNDS <= round_ < _RIM_ROUNDS:
-                set_rim_widths(spans, cameras, points, outline, radius, work)
-            follow_rim(spans, cameras, outline, work)
-        else:
-            follow_end(spans, cameras, outline, reach, work)
-        rows, first_end = set_rows(spans, cameras, points, outline, work)
-        for i in range(outline):
-            if work.end_view[i] == without:
-                work.sigmas[first_end + i] = _NO_PART_PX
-        for i in range(rows):
-            work.scratch[i] = abs(work.residuals[i] / work.sigmas[i])
-        noise = min(max(1.0, 1.4826 * median_of(work.scratch, rows)), MAX_NOISE)
-        _roughen(cameras, first_end, outline, work)
-        _set_prior(size, entry, work)
-        _add_rows(rows, first_end, noise, round_ >= _SOFT_ROUNDS, work)
+        rows, noise = _set_equations(spans, cameras, entry, radius, reach, round_, without, points, outline, work)
+        if rims:
+            for i in range(3 * size):
+                work.band[i, 0] += _HELD_BACK / (noise * noise)
         if not factorise(work.band, 3 * size):
             return False, np.inf, np.inf
         forward(work.band, 3 * size, right)
@@ -74,9 +63,45 @@ def gauss_newton(  # type: ignore[no-untyped-def]
             return False, np.inf, np.inf
         if round_ >= _SOFT_ROUNDS and _largest_move(rows, work) < _STILL_PX:
             break
+    if rims:
+        # without what held the steps back; and the last one slid control points along the curve, so that outline
+        # points belong to other parts of it than before
+        _set_equations(spans, cameras, entry, radius, reach, iterations, without, points, outline, work)
+        if not factorise(work.band, 3 * size):
+            return False, np.inf, np.inf
     rms, gap = _misfit(spans, cameras, points, work)
     _set_end_off(spans, cameras, outline, work)
     return True, rms, gap
+
+
+@njit(cache=True, nogil=True)
+def _set_equations(  # type: ignore[no-untyped-def]
+    spans, cameras, entry, radius, reach, round_, without, points, outline, work
+):
+    """Set the normal equations, `band` and `right` of `work`, of one round's step; return (how many rows, noise).
+
+    noise: how many of their own standard deviations the rows are off, at least 1. See `gauss_newton`.
+    """
+    follow(spans, cameras, points, work)
+    if round_ < _WIDTH_ROUNDS:
+        set_widths(spans, cameras, points, radius, work)
+    if reach < 0.0:
+        if _SOFT_ROUNDS <= round_ < _RIM_ROUNDS:
+            set_rim_widths(spans, cameras, points, outline, radius, work)
+        follow_rim(spans, cameras, outline, work)
+    else:
+        follow_end(spans, cameras, outline, reach, work)
+    rows, first_end = set_rows(spans, cameras, points, outline, work)
+    for i in range(outline):
+        if work.end_view[i] == without:
+            work.sigmas[first_end + i] = _NO_PART_PX
+    for i in range(rows):
+        work.scratch[i] = abs(work.residuals[i] / work.sigmas[i])
+    noise = min(max(1.0, 1.4826 * median_of(work.scratch, rows)), MAX_NOISE)
+    _roughen(cameras, first_end, outline, work)
+    _set_prior(spans + 3, entry, work)
+    _add_rows(rows, first_end, noise, round_ >= _SOFT_ROUNDS, work)
+    return rows, noise
 
 
 @njit(cache=True, nogil=True)

@@ -76,17 +76,17 @@ def nearest_disc(discs, x, y):  # type: ignore[no-untyped-def]
     return place, best
 
 
-_KEPT, _KEPT_RMS = 0.95, 0.87
-"""So much of a rim says how well it is explained; normal noise of one has that RMS without its outermost twentieth."""
+KEPT, KEPT_FEWER = (0.95, 0.87), (0.9, 0.79)
+"""So much of a rim says how well it is explained; normal noise of one has that RMS without its outermost part."""
 
 
 @njit(cache=True, nogil=True)
-def unexplained(off, sigma, rims, limit):  # type: ignore[no-untyped-def]
+def unexplained(off, sigma, rims, limit, kept=KEPT):  # type: ignore[no-untyped-def]
     """Return (share, longest run, rms px, clean px) of a rim's points that lie off a fitted tube by more than `limit`.
 
     off (R,) px; sigma (R,); rims: (first, stop) of the view's points in them. rms: of all, each at most `limit` px;
-    clean: the standard deviation by all but the worst twentieth. Those are the corners between two parts of a catheter,
-    which blur and the light from one part on the other fill.
+    clean: the standard deviation by all but the worst, of which `kept` says how many they are. Those are the corners
+    between two parts of a catheter, which blur and the light from one part on the other fill.
     """
     count, missed, run, longest = rims[1] - rims[0], 0, 0, 0
     amounts = np.empty(count)
@@ -99,13 +99,13 @@ def unexplained(off, sigma, rims, limit):  # type: ignore[no-untyped-def]
         else:
             run = 0
     amounts.sort()
-    kept = int(_KEPT * count)
+    most = int(kept[0] * count)
     whole = inner = 0.0
     for i in range(count):
         whole += amounts[i] ** 2
-        if i < kept:
+        if i < most:
             inner = whole
-    clean = math.sqrt(inner / max(kept, 1)) / _KEPT_RMS
+    clean = math.sqrt(inner / max(most, 1)) / kept[1]
     return missed / max(count, 1), longest, math.sqrt(whole / max(count, 1)), clean
 
 

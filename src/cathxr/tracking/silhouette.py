@@ -12,7 +12,7 @@ from cathxr.tracking.guess_kernels import place
 from cathxr.tracking.judge import RESOLVED_MM
 from cathxr.tracking.judge_kernels import agreement, folded_at_tip, tip_variance
 from cathxr.tracking.pair_work import DISCS, LINE_POINTS, RIM_CUT_PX, PairWork, rim_only
-from cathxr.tracking.rim_kernels import distances, held, invented, set_discs, unexplained
+from cathxr.tracking.rim_kernels import KEPT, KEPT_FEWER, distances, held, invented, set_discs, unexplained
 from cathxr.tracking.solve import Solution
 from cathxr.tracking.starts import depth_starts
 
@@ -20,8 +20,9 @@ _ROUNDS = 3
 _OFF_RADII, _OFF_PX = 0.15, 0.5
 """A rim's point that is off by more is not the fitted tube's."""
 _MOST_UNEXPLAINED = 0.08
-_LONGEST_RADII, _LONGEST_CORNER_RADII = 1.0, 1.3
-"""No longer part of a silhouette's rim may be left unexplained, in radii of the catheter: anywhere, and in corners."""
+_LONGEST_RADII, _LONGEST_CORNER_RADII, _LONGEST_CARRIED_RADII = 1.0, 1.3, 2.5
+"""No longer part of a silhouette's rim may be left unexplained, in radii of the catheter: anywhere, in corners, and in
+corners by the curve that the last ones say and both rims agree with."""
 _RMS_RADII, _RMS_PX = 0.01, 0.12
 """A rim that is off by more, its corners apart, is explained by a tube that runs otherwise."""
 _BESIDE_RADII, _FAR_SHARE, _FEW_SHARE = 0.7, 0.3, 0.1
@@ -55,7 +56,8 @@ class _Candidate:
     fit: CurveFit
     sigma_mm: float
     missed: float
-    clean: bool
+    explains: int
+    """2: every rim of both views; 1: those that it was fitted to; 0: those but for their corners."""
 
 
 class SilhouetteFit:
@@ -123,8 +125,9 @@ class SilhouetteFit:
                     results.append(fitted)
         if not results:
             return None
-        # what explains a rim but for its corners counts where nothing explains all of it
-        results = [one for one in results if one.clean] or results
+        # what explains less counts where nothing explains more
+        most = max(one.explains for one in results)
+        results = [one for one in results if one.explains == most]
         best = min(results, key=lambda one: one.missed)
         tip = best.fit.control[0]
         for one in results:
@@ -190,12 +193,12 @@ class SilhouetteFit:
         arrays = work.arrays
         balls = arrays.balls.copy()
         first = begin = caps = 0
-        missed, excess, clean = 0.0, 1.0, True
+        missed, excess, clean, whole = 0.0, 1.0, True, True
         for view, each in enumerate(detections):
             stop, end = first + len(shown[view].curve_px), begin + len(shown[view].end_px)
             off = fit.end_off_px[begin:end]
             if rims[view]:
-                part = self._missed(fit, view, each, float(balls[view]), off)
+                part = self._missed(fit, view, each, float(balls[view]), off, carried=all(rims))
                 if part is None:
                     return None
                 missed, clean = max(missed, part[0]), clean and part[1]
@@ -210,20 +213,31 @@ class SilhouetteFit:
                 if fit.rms_px > max(1.0, 0.3 * radius):
                     return None
                 excess, caps = max(excess, own), max(caps, on_cap)
+                if len(each.rim_px):
+                    part = self._missed(fit, view, each, float(balls[view]))
+                    whole = whole and part is not None and part[1]
             first, begin = stop, end
         if caps < _CLEAR_CAP:
             return None
         variance = tip_variance(fit.spans, fit.control, fit.factor, self._radius_mm, arrays.gain) * excess
         rough = max(1.0, missed / _WELL_PX)
         sigma = float(np.sqrt(variance)) * _CORRELATION * rough if variance >= 0.0 else np.inf
-        return _Candidate(fit, sigma, missed, clean) if sigma <= RESOLVED_MM else None
+        explains = 0 if not clean else 2 if whole else 1
+        return _Candidate(fit, sigma, missed, explains) if sigma <= RESOLVED_MM else None
 
     def _missed(
-        self, fit: CurveFit, view: int, detection: Detection, ball_mm: float, off: FloatArray | None = None
+        self,
+        fit: CurveFit,
+        view: int,
+        detection: Detection,
+        ball_mm: float,
+        off: FloatArray | None = None,
+        *,
+        carried: bool = False,
     ) -> tuple[float, bool] | None:
         """Return how far a rim lies off a fit, px RMS, and whether that is little, its corners included.
 
-        None where too much is unexplained or the fit sticks out.
+        None where too much is unexplained or the fit sticks out. carried: it is the curve that the last ones say.
         """
         set_discs(fit.spans, fit.control, self._table, view, ball_mm, self._discs)
         radius = float(self._discs[0, 2])
@@ -231,10 +245,11 @@ class SilhouetteFit:
         sigma = np.ascontiguousarray(detection.rim_sigma_px[seen])
         if off is None:
             off = distances(self._discs, np.ascontiguousarray(detection.rim_px[seen]))
-        share, run, rms, clean = unexplained(off, sigma, (0, len(off)), _OFF_RADII * radius + _OFF_PX)
+        kept, longest = (KEPT_FEWER, _LONGEST_CARRIED_RADII) if carried else (KEPT, _LONGEST_CORNER_RADII)
+        share, run, rms, clean = unexplained(off, sigma, (0, len(off)), _OFF_RADII * radius + _OFF_PX, kept)
         spacing = float(np.median(np.linalg.norm(np.diff(detection.rim_px, axis=0), axis=1)))
         run_px, most = run * spacing, _RMS_RADII * radius + _RMS_PX
-        if len(off) == 0 or share > _MOST_UNEXPLAINED or run_px > _LONGEST_CORNER_RADII * radius or clean > most:
+        if len(off) == 0 or share > _MOST_UNEXPLAINED or run_px > longest * radius or clean > most:
             return None
         out = invented(self._discs, detection.rim_px, detection.rim_sigma_px, RIM_CUT_PX, _SLACK)
         return None if out > _MOST_INVENTED else (float(rms), bool(rms <= most and run_px <= _LONGEST_RADII * radius))

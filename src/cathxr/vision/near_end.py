@@ -28,6 +28,8 @@ _LEAST_SECTIONS = 5
 _MOST_MISSED = 5
 """Where more sections in a row than this are not where they should be, the tube may run otherwise there."""
 _LIGHTEST, _DARKEST = 1.6, 0.6
+_MOST_HIDDEN_WIDTHS = 6.0
+"""Where a longer part than this lies along another, the whole silhouette says more about both."""
 _ROUND_SHARE = 0.12
 _ROUND_PX = 0.3
 """An end whose outline is off a circle by more than these, share of the radius and px, is looked at in full."""
@@ -64,7 +66,14 @@ def measure(source, count, radius_mm, ratio, plateau, camera, size, work):  # ty
     total = sections_near(lit, known, plateau, work)
     good, expected, first = 0, 0, -1
     seen = missed = most_missed = 0
+    hidden = most_hidden = 0.0
     for i in range(total):
+        if work.state[i] > 0:
+            hidden = 0.0
+        elif i > 0:
+            x, y = work.points[i - 1, 0], work.points[i - 1, 1]
+            hidden += apart(work.points[i, 0], work.points[i, 1], x, y) / work.width[i]
+            most_hidden = max(most_hidden, hidden)
         expected += work.state[i] > 0
         missed += work.state[i] == 1
         if work.state[i] == 2:
@@ -95,7 +104,7 @@ def measure(source, count, radius_mm, ratio, plateau, camera, size, work):  # ty
     for i in range(outlined):
         work.outline[i, 0], work.outline[i, 1] = _rounded(work.outline[i, 0]), _rounded(work.outline[i, 1])
     sure = alone == BENT or (alone == ALONE and 0.0 <= rms < _ROUND_PX + _ROUND_SHARE * radius)
-    sure = sure and most_missed <= _MOST_MISSED
+    sure = sure and most_missed <= _MOST_MISSED and most_hidden <= _MOST_HIDDEN_WIDTHS
     ratio *= wide / work.widths[known // 2]
     return (
         FOUND, points, outlined, sigma, _rounded(x + radius * dx), _rounded(y + radius * dy), own, ratio, sure,

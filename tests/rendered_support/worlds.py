@@ -113,8 +113,8 @@ WORLDS = (
         "grey, crossing itself in one view, then the other; up to 260 mm/s",
         "grey",
         motion="cross",
-        tracked=0.6,
+        tracked=0.9,
     ),
-    World("white curl", "white, curling as above", "white", motion="curl", empty=True, tracked=0.8),
-    World("white cross", "white, crossing itself likewise", "white", motion="cross", empty=True, tracked=0.5),
+    World("white curl", "white, curling as above", "white", motion="curl", empty=True, tracked=0.9),
+    World("white cross", "white, crossing itself likewise", "white", motion="cross", empty=True, tracked=0.9),
 )

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,11 +13,13 @@ from cathxr.app.bench_sequence import Method
 from cathxr.core import Detection, FloatArray, Status
 from cathxr.geometry import CameraModel, resampled
 from cathxr.storage.rig_file import example_rig
+from cathxr.tracking import model
 from cathxr.tracking.depth_search import MOST_SLOPE, STEP_MM, best_depths, entry_costs, point_costs
 from cathxr.tracking.fit import CurveFit, camera_table
 from cathxr.tracking.pair_work import DISCS, PairWork
 from cathxr.tracking.rim_kernels import distances, held, invented, set_discs, unexplained
 from cathxr.tracking.silhouette import SilhouetteFit
+from cathxr.tracking.solve import Solution, solved
 from cathxr.vision.rim import CUT_PX, rim_of
 from cathxr.vision.segmentation import Window
 
@@ -226,3 +229,29 @@ def test_both_silhouettes_find_a_catheter_that_lies_over_itself_from_a_millimetr
                 # what is said of each point belongs to the curve that is given
                 assert np.quantile(apart, 0.95) < 0.6
     assert found >= tried - 1
+
+
+@pytest.mark.parametrize(("apart_mm", "status"), [(0.1, Status.TRACKED), (2.0, Status.COASTING)])
+def test_two_curves_that_explain_all_make_the_tip_as_unsure_as_they_are_apart(
+    monkeypatch: pytest.MonkeyPatch, apart_mm: float, status: Status
+) -> None:
+    fitted: list[Solution] = []
+
+    def doubtful(*args: Any, **kwargs: Any) -> Solution | str:
+        solution = solved(*args, **kwargs)
+        assert isinstance(solution, Solution)
+        fitted.append(replace(solution, doubtful="top"))
+        return fitted[-1]
+
+    def other(*_: Any, **__: Any) -> Solution:
+        fit = fitted[-1].fit
+        return Solution(replace(fit, control=fit.control + np.array([0.0, apart_mm, 0.0])), 0.05)
+
+    monkeypatch.setattr(model, "solved", doubtful)
+    monkeypatch.setattr(SilhouetteFit, "found", other)
+    sequence = Sequence("smooth", seed=3)
+    _, track, _ = Method("model", sequence).track(next(iter(sequence.pairs(1, 30.0))))
+    assert track.status is status
+    assert track.sigma_mm is not None
+    assert track.sigma_mm > apart_mm if apart_mm > 1.0 else track.sigma_mm < 0.2
+    assert ("not resolved" in track.reason) == (status is Status.COASTING)

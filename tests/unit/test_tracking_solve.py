@@ -1,6 +1,7 @@
 """From two midlines to one curve, from nothing: whatever the pictures' size and wherever the points happen to lie."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ import pytest
 from cathxr.core import Detection, FloatArray
 from cathxr.geometry import CameraModel
 from cathxr.storage.rig_file import example_rig
-from cathxr.tracking.fit import camera_table
+from cathxr.tracking import solve
+from cathxr.tracking.fit import CurveFit, camera_table, fit_curve
 from cathxr.tracking.pair_work import PairWork
 from cathxr.tracking.solve import Solution, solved
 
@@ -67,3 +69,29 @@ def test_points_of_both_views_need_not_lie_opposite_one_another(width: int, phas
     found = solved(cameras, table, views, work, radius_mm=RADIUS_MM)
     assert isinstance(found, Solution), found
     assert np.linalg.norm(found.fit.control[0] - centreline(np.zeros(1))[0]) < 0.3
+
+
+@pytest.mark.parametrize(("apart_mm", "resolved"), [(0.2, True), (3.0, False)])
+def test_one_view_is_left_out_only_where_both_do_not_say_otherwise(
+    monkeypatch: pytest.MonkeyPatch, apart_mm: float, resolved: bool
+) -> None:
+    """Both views' ends fit one curve, unsurely; without one view's end the fit is sure, and its tip somewhere else."""
+    cameras = [CameraModel.of(example_rig().cameras[name]) for name in ("top", "front")]
+    views = [seen_by(name, camera, 1.0, 1.0) for name, camera in zip(("top", "front"), cameras, strict=True)]
+
+    def moved(*args: Any, without_end: int | None = None, **kwargs: Any) -> CurveFit | None:
+        fit = fit_curve(*args, without_end=without_end, **kwargs)
+        if fit is None or without_end is None:
+            return fit
+        return replace(fit, control=fit.control + np.array([apart_mm, 0.0, 0.0]))
+
+    def unsure(*_: Any, without: int | None, **__: Any) -> tuple[str | None, float]:
+        return {None: (None, 1.0), 0: ("the end lies elsewhere", 0.1), 1: (None, 0.1)}[without]
+
+    monkeypatch.setattr(solve, "fit_curve", moved)
+    monkeypatch.setattr(solve, "judged", unsure)
+    table, work = camera_table(cameras), PairWork()
+    work.take(views)
+    found = solved(cameras, table, views, work, radius_mm=RADIUS_MM)
+    assert isinstance(found, Solution), found
+    assert (found.sigma_mm, found.doubtful) == ((0.1, "front") if resolved else (1.0, None))

@@ -2,6 +2,7 @@
 
 import math
 from copy import copy
+from dataclasses import replace
 
 import numpy as np
 
@@ -171,9 +172,10 @@ class ModelTracker:
         expected = self._prediction.expected(t_ns)
         found = self._silhouettes.found(detections, self._work, expected, search=not (good and possible))
         if found is not None and well and result is not None and not isinstance(result, str):
-            # both explain all that is seen, and differ: the end is not resolved
-            apart = found.fit.control[0] - result[0].fit.control[0]
-            found = None if float(np.sqrt(apart @ apart)) > _ALIKE_MM else found
+            # both explain all that is seen: where they differ the tip is no surer than by how much
+            off = found.fit.control[0] - result[0].fit.control[0]
+            apart = float(np.sqrt(off @ off))
+            found = found if apart <= _ALIKE_MM else replace(found, sigma_mm=max(found.sigma_mm, apart))
         if found is not None:
             return self._shaped(t_ns, detections, found)
         if result is None or isinstance(result, str) or possible:

@@ -85,11 +85,16 @@ def solved(
             fit, reason, sigma = tried(guess, without)
             if fit is not None and reason is None and sigma <= RESOLVED_MM:
                 found.append(Solution(fit, sigma, each.camera))
-        if len(found) == 1:
+        # nor is anything there where both views' ends fit one curve, however unsure
+        if len(found) == 1 and all(_apart_mm(found[0], one) < RESOLVED_MM for one in unresolved):
             return found[0]
     if unresolved:
         return min(unresolved, key=lambda each: each.sigma_mm)
     return reasons[0]
+
+
+def _apart_mm(one: Solution, other: Solution) -> float:
+    return float(np.linalg.norm(one.fit.control[0] - other.fit.control[0]))
 
 
 def _spacing_mm(origin: FloatArray, rays: FloatArray) -> float:

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,11 @@ import pytest
 
 from cathxr.app.calibrate_roll_hand import SimulatedHand, hand_truth
 from cathxr.core import Roll
-from cathxr.devices.clock import MonotonicClock
+from cathxr.devices.clock import ManualClock, MonotonicClock
 from cathxr.devices.encoder_fake import FakeBoard, FakePort
 from cathxr.devices.encoder_fake_terminal import FakeTerminal
 from cathxr.devices.encoder_protocol import guarded, mark_of
+from cathxr.runtime.calibration_roll import STILL_COUNTS
 from cathxr.storage.rig_file import example_rig_text, read_rig
 
 HANG_S = 300.0
@@ -127,6 +129,13 @@ class Bench:
         self.board = FakeBoard(self.hand.count_at, start_ns=self.clock.now_ns())
         self.terminal = FakeTerminal(FakePort(self.board, self.clock), clock=self.clock)
 
+    def await_the_jig(self) -> None:
+        """Wait until the hand has the transducer in the jig: before it moves it is as still as when it is there."""
+        deadline = time.monotonic() + HANG_S
+        while abs((self.hand.angle_deg(self.clock.now_ns()) + 180.0) % 360.0 - 180.0) > 1.0:
+            assert time.monotonic() < deadline
+            time.sleep(0.02)
+
 
 @pytest.fixture
 def make_bench() -> Iterator[Callable[[int], Bench]]:
@@ -201,6 +210,7 @@ def test_a_board_on_a_port_gets_its_zero_and_the_rigs_mark(rig_path: Path, make_
     bench.hand.begin("zero")
     console = Console("--rig", str(rig_path), "--device", bench.terminal.name)
     console.until("[1/4] Slide the transducer")
+    bench.await_the_jig()
     console.insist("[2/4] Leave the catheter's gear locked")
     bench.hand.begin("backlash")
     console.insist("[3/4] Unlock")
@@ -230,6 +240,7 @@ def test_a_run_that_does_not_come_to_its_end_changes_nothing(
     bench.hand.begin("zero")
     console = Console("--rig", str(rig_path), "--device", bench.terminal.name)
     console.until("[1/4] Slide the transducer")
+    bench.await_the_jig()
     console.insist("[2/4] Leave the catheter's gear locked")
     if how == "signal":
         console.process.send_signal(signal.SIGINT)
@@ -356,3 +367,13 @@ def test_the_doctor_says_that_another_program_has_the_port(make_bench: Callable[
         done = cathxr("doctor", "encoder", "--port", bench.terminal.name, "--once")
     assert done.returncode == 1
     assert "another program has it open" in done.stderr
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_hand_that_begins_a_step_is_not_taken_for_one_at_rest(seed: int) -> None:
+    """Else its zero could be confirmed where it stands before it moves: 0.5 s of rest are asked for."""
+    clock = ManualClock(1_000_000_000)
+    hand = SimulatedHand(hand_truth(roll_of_example(), seed), seed=seed, clock=clock)
+    hand.begin("zero")
+    counts = [hand.count_at(clock.now_ns() + each) for each in range(0, 500_000_000, 5_000_000)]
+    assert max(counts) - min(counts) > 3 * STILL_COUNTS

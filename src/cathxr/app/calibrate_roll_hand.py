@@ -12,7 +12,8 @@ from cathxr.wire.calibration_messages import RollStep
 _NS = 1_000_000_000
 _GEARS = (1.0, 1.5, 2.0, 2.5, 3.0)
 _SEAT_DEG = 0.1
-_REACTION_S = 0.8
+_REACTION_S = 0.2
+"""Less than a count must rest to be still: else a step could be confirmed before the hand begins with it."""
 _MOVE_S = 1.6
 _TURN_S = 4.0
 _STROKE_S = 0.8
